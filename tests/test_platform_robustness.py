@@ -62,7 +62,7 @@ def test_loops_and_steps_on_a_drawn_platform_are_those_of_the_platform_built_by_
     own = platform_setup(
         CONFIG.rig.with_values(**{name: each.numbers[name] for name in names}, **inertia), CONFIG.delay, each.pose
     )
-    plain = replace(plain, setup=replace(own, directions=setup.directions, leg_masses=setup.leg_masses))
+    plain = replace(plain, setup=own.known_as(setup))
     step = CONFIG.steps[1]
     for spec in CONFIG.controllers:
         controller = spec.build(setup.platform.period, setup.directions)

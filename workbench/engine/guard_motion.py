@@ -51,8 +51,12 @@ class Sample:
 
     @property
     def push(self) -> ca.SX:
-        """Force [N] that accelerates the mass, of the pressures less the load cell; 0 where they are not measured."""
-        return self.pressed - self.read("force") if self.shape.balances else ca.SX(0)
+        """Force [N] that accelerates the mass: of the pressures, less the load cell, what the mass weighs and its drag;
+        0 where these are not known."""
+        if not self.shape.pushes:
+            return ca.SX(0)
+        left = self.pressed - self.read("force") if self.shape.balances else self.pressed
+        return left - self.q["weight"] - self.q["drag"] * self.before["v"]
 
     def _pressed(self, y: ca.SX) -> ca.SX:
         return self.q["area_a"] * y[self.shape.at("pa")] - self.q["area_b"] * y[self.shape.at("pb")]

@@ -21,7 +21,9 @@ TRIPS = (
     "impulse",
     "following",
     *(f"{what} {name}" for what in ("still", "finite") for name in MEASURED),
-)  # by the number that a tripped guard keeps; "command", "finite pa": not a finite one
+    "beside",
+)  # by the number that a tripped guard keeps; "command", "finite pa": not a finite one; "beside": another leg tripped
+BESIDE = TRIPS.index("beside")
 
 
 def places(**sizes: int) -> dict[str, slice]:
@@ -43,10 +45,12 @@ def length(of: Mapping[str, slice]) -> int:
 
 @dataclass(frozen=True)
 class GuardShape:
-    """What decides the graph: the signals `read`, and whether the rig `observes`: pressures of a jack that is known."""
+    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, and whether what it holds
+    at rest is `known`, too."""
 
     read: tuple[str, ...]
     jack: bool
+    known: bool = False
 
     @property
     def observes(self) -> bool:
@@ -57,6 +61,11 @@ class GuardShape:
     def balances(self) -> bool:
         """Whether pressures and load cell say how the mass is accelerated."""
         return self.observes and "force" in self.read
+
+    @property
+    def pushes(self) -> bool:
+        """Whether what is left of the pressures to accelerate it is known, if not measured."""
+        return self.balances or (self.observes and self.known)
 
     @property
     def state(self) -> dict[str, slice]:
@@ -74,6 +83,7 @@ class GuardShape:
         names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade", "following", "patience")
         names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "friction", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
+        names += ("weight", "drag")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

@@ -35,6 +35,10 @@ class GuardSteps:
         """Forget the past."""
         self._state[:] = 0
 
+    def trip(self, number: int) -> None:
+        """Stop with a trip of this number, unless one has stopped it already."""
+        self._state[self._trip] = self._state[self._trip] or number
+
     def watch(self, measurement: Mapping[str, float], command: float, reference: float) -> int:
         """Read the signals (SI, NaN where one is missing) while the drive holds a command, and the position should be
         at a reference, NaN: anywhere; the trip's number, or 0."""

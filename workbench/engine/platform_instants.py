@@ -1,7 +1,7 @@
 """The sampling instants of a platform: one law for all jacks, and a guard for each, as one graph.
 
 As sampled_law.py has it for a single jack: the sensors of all legs are read, the law demands six commands, each guard
-limits its own or trips, the drives hold what has arrived. A trip of one guard closes the valves of the others.
+limits its own or trips, the drives hold what has arrived. Where one guard trips, the other legs brake, too.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import casadi as ca
 
 from ..plant import Plant
 from .guard_rules import let_through, packed_state, parts, watched
-from .guard_shape import GuardShape, length, places
+from .guard_shape import BESIDE, GuardShape, length, places
 from .instant import Parts, held, reading
 from .sampled_law import LawGraphs
 
@@ -98,6 +98,8 @@ def _law(shape: PlatformShape, s: Parts, r: Parts, q: Parts, readings: list[Part
     signals = ca.vertcat(r["reference"], r["forward"], *measured)
     guards = [_watched(shape, leg, s, r, q, reading) for leg, reading in enumerate(readings)]
     tripped = ca.mmax(ca.vertcat(*(guard["trip"] for guard in guards))) > 0
+    beside = ca.if_else(tripped, BESIDE, 0)
+    guards = [guard | {"trip": ca.if_else(guard["trip"] > 0, guard["trip"], beside)} for guard in guards]
     computed = ca.SX(shape.graphs.output(s["law"], signals, q["offset"], q["q"]))
     asked = ca.if_else(tripped, 0, computed)
     passed = [

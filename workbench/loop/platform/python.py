@@ -29,7 +29,10 @@ class _Loop:
         self, setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
     ) -> None:
         self._setup, self._sensors, self._controller, self._inputs = setup, sensors, controller, inputs
-        self._guards = [Guard(rig, controller.measures, sensors.noisy) for rig in setup.guarded]
+        self._guards = [
+            Guard(rig, controller.measures, sensors.noisy, carried)
+            for rig, carried in zip(setup.guarded, setup.carried, strict=True)
+        ]
         self._state, self._u = setup.null.x.copy(), setup.null.u.copy()
         self._lines = [self._line(float(command)) for command in self._u[:LEGS]]
         for guard, command in zip(self._guards, self._u[:LEGS], strict=True):
@@ -61,7 +64,7 @@ class _Loop:
         return True
 
     def _sample(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Commands sent and demanded; where one guard trips, the valves of the other legs close."""
+        """Commands sent and demanded; where one guard trips, the other legs brake, too."""
         reference, forward = self._inputs.reference[k], self._inputs.forward[k]
         for guard, row, setpoint in zip(self._guards, readings, reference, strict=True):
             guard.watch(dict(zip(self._sensors.names, row.tolist(), strict=True)), float(setpoint))
@@ -69,11 +72,13 @@ class _Loop:
         demanded = np.zeros(LEGS)
         if not stopped:
             demanded = self._controller.compute(reference, self._by_name(readings), forward)
-        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
         if stopped:
             first = next(i for i, guard in enumerate(self._guards) if guard.tripped)
             self.tripped = self.tripped or f"leg {first + 1}: {self._guards[first].tripped}"
-        else:
+            for guard in self._guards:
+                guard.stop_beside()
+        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
+        if not stopped:
             self._controller.update(sent)
         return sent, demanded
 

@@ -1,0 +1,126 @@
+"""Guards of six legs: a runaway stops within the stroke on every payload, all legs brake, and sound motions go on."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import pytest
+
+from controllers import P
+from workbench.commands.learn.config import load_any
+from workbench.commands.learn.platform_config import PlatformLearnConfig
+from workbench.commands.run.config import load_config
+from workbench.commands.run.platform_config import PlatformConfig
+from workbench.control.platform_controller import PlatformController
+from workbench.engine.guard_shape import BESIDE, TRIPS
+from workbench.loop.guard_numbers import guard_numbers, guard_shape
+from workbench.loop.platform import platform_setup, run_platform
+from workbench.rigs.platform import AXES, leg_speeds
+from workbench.rigs.rig_file import load_rig
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+CONFIG = cast(PlatformConfig, load_config(EXPERIMENTS / "hexapod.toml"))
+STROKE, END = 0.24, 0.25  # m
+HELD = 0.002  # m: of a stop that the oil and the valve's lag leave open
+BLIND = PlatformController([P(gain=0.001).build(1e-3) for _ in range(6)], np.eye(6))
+READ = ("position", "pa", "pb", "supply", "spool")
+
+
+@pytest.fixture(scope="module")
+def setup():
+    return platform_setup(CONFIG.rig, CONFIG.delay)
+
+
+def other(setup, factor, **values):
+    """The same on a payload that its guards do not know."""
+    payload = {name: factor * setup.platform[name] for name in ("mass", "Ixx", "Iyy", "Izz")}
+    return platform_setup(CONFIG.rig.with_values(**payload, **values), CONFIG.delay).known_as(setup)
+
+
+def runaway(setup, axis, size, compiled=True, seed: int | None = 1, steps=600):
+    """Commands [6] that move one axis, of which the largest is `size`, from 20 ms on, whatever the laws say."""
+    pattern = leg_speeds(setup.platform.geometry, np.zeros(6))[:, AXES.index(axis)]
+    added = np.tile(setup.null.u[:6], (steps, 1))
+    added[20:] += size * pattern / np.abs(pattern).max()
+    return run_platform(setup, BLIND, np.zeros((steps, 6)), seed, compiled, added=added)
+
+
+@pytest.mark.parametrize(
+    ("factor", "values"),
+    [(1.0, {}), (1.25, {}), (1.25, {"cz": 1.0}), (0.075, {})],
+    ids=["declared", "heavy", "heavy and high", "light"],
+)
+def test_a_runaway_stops_before_the_end_of_the_stroke(setup, factor, values):
+    """Down, with gravity helping, up, and in the directions in which a leg moves most and least."""
+    there = other(setup, factor, **values)
+    for axis in ("heave", "surge", "pitch", "yaw"):
+        for size in (-1.0, -0.3, 0.3, 1.0):
+            run = runaway(there, axis, size)
+            assert "too fast to stop" in (run.tripped or "")
+            most = np.abs(run.legs("position")).max()
+            assert most < END - HELD, (axis, size, most)
+            assert np.abs(run.legs("velocity")[-125:].mean(axis=0)).max() < 0.02  # it swings on the shut-in oil
+
+
+def test_where_one_leg_trips_the_others_brake_as_it_does(setup):
+    """A valve that is shut at speed gives the oil blows of ten times the allowed force."""
+    for axis in ("surge", "roll"):
+        for size in (-0.3, 0.3):
+            run = runaway(setup, axis, size)
+            assert np.abs(run.legs("jack_force")).max() < 1.6 * 90e3
+
+
+@pytest.mark.parametrize("seed", [None, 3])
+def test_a_runaway_is_braked_compiled_as_in_python(setup, seed):
+    python, compiled = (runaway(setup, "pitch", -0.6, way, seed, 260) for way in (False, True))
+    assert python.tripped == compiled.tripped is not None
+    assert python.sent == pytest.approx(compiled.sent, abs=1e-7)
+    assert python.pose == pytest.approx(compiled.pose, abs=1e-8)
+
+
+def test_sound_motions_do_not_trip(setup):
+    """The steps of the shipped experiment and the quake that is learned, with noise, on the payloads that are drawn."""
+    quake = cast(PlatformLearnConfig, load_any(EXPERIMENTS / "learn_platform.toml"))
+    motions = [step.pose(setup.platform.period) for step in CONFIG.steps]
+    for factor in (0.75, 1.0, 1.25):
+        there = other(setup, factor)
+        for spec in CONFIG.controllers:
+            controller = spec.build(setup.platform.period, setup.directions)
+            assert [run_platform(there, controller, pose, 0).tripped for pose in motions] == [None] * len(motions)
+        controller = quake.controller.build(setup.platform.period, setup.directions)
+        assert run_platform(there, controller, quake.motion.pose, 0).tripped is None
+
+
+def test_a_leg_holds_its_share_of_the_payload(setup):
+    weight = 9.81 * (CONFIG.rig["mass"] + sum(leg.numbers["rod_mass"].value for leg in CONFIG.rig.legs))
+    for carried in setup.carried:
+        assert carried.least < carried.most
+        assert carried.least == pytest.approx(min(setup.masses))
+        assert weight / 6 < carried.load < 2 * weight / 6
+        assert 0 < carried.weight < 9.81 * carried.cell
+    level = platform_setup(CONFIG.rig.with_values(gravity=0.0), CONFIG.delay)
+    assert [carried.load for carried in level.carried] == pytest.approx([0.0] * 6, abs=1.0)
+
+
+def test_a_jack_alone_carries_nothing_else():
+    rig = load_rig("jack-10t")
+    shape = guard_shape(rig, READ, ("position",))
+    numbers = guard_numbers(rig, shape, ("position",), True)
+    assert not shape.known
+    assert numbers["mass"] == rig["M"]
+    assert numbers["weight"] == numbers["drag"] == 0.0
+
+
+def test_a_load_that_leaves_nothing_to_brake_with_is_no_trip_at_rest(setup):
+    carried = replace(setup.carried[0], load=95e3)
+    rig = setup.guarded[0]
+    numbers = guard_numbers(rig, guard_shape(rig, READ, ("position",), carried), ("position",), True, carried)
+    assert cast(float, numbers["braking"]) > 0
+    assert cast(float, numbers["fade"]) > 0
+
+
+def test_the_number_of_the_trip_beside_is_the_last():
+    """Recorded numbers of trips stay what they were."""
+    assert TRIPS[BESIDE] == "beside"
+    assert len(TRIPS) - 1 == BESIDE
