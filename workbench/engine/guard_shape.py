@@ -45,12 +45,12 @@ def length(of: Mapping[str, slice]) -> int:
 
 @dataclass(frozen=True)
 class GuardShape:
-    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, and whether what it holds
-    at rest is `known`, too."""
+    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, and whether it is a
+    `leg` of a platform, which others push, too."""
 
     read: tuple[str, ...]
     jack: bool
-    known: bool = False
+    leg: bool = False
 
     @property
     def observes(self) -> bool:
@@ -61,11 +61,6 @@ class GuardShape:
     def balances(self) -> bool:
         """Whether pressures and load cell say how the mass is accelerated."""
         return self.observes and "force" in self.read
-
-    @property
-    def pushes(self) -> bool:
-        """Whether what is left of the pressures to accelerate it is known, if not measured."""
-        return self.balances or (self.observes and self.known)
 
     @property
     def state(self) -> dict[str, slice]:
@@ -83,7 +78,7 @@ class GuardShape:
         names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade", "following", "patience")
         names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "friction", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
-        names += ("weight", "drag")
+        names += ("weight", "drag", "pushed")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

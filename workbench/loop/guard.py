@@ -41,12 +41,22 @@ class Guard:
         if self._rules:
             self._rules.reset()
 
-    def watch(self, measurement: Mapping[str, float], reference: float = nan) -> None:
+    @property
+    def speed(self) -> float:
+        """The speed [m/s] that readings say so far."""
+        return self._rules.speed if self._rules else 0.0
+
+    def watch(
+        self, measurement: Mapping[str, float], reference: float = nan, coupled: tuple[float, float] | None = None
+    ) -> None:
         """Trip, with the reason in `tripped`, on a lost or non-finite signal or one beyond the rig's limits (SI), or
-        where the position stays too far from the `reference` of a loop that controls it."""
+        where the position stays too far from the `reference` of a loop that controls it. `coupled`: of a leg, how all
+        legs accelerate it and how fast they brake it, m/s^2."""
         lost = self._lost(measurement)
         if self._rules is None:
             self._rules = self._steps(measurement)
+        if coupled:
+            self._rules.couple(*coupled)
         trip = self._rules.watch(measurement, self._command, reference)
         if self.tripped is None and trip:
             self.tripped = lost or trip_reason(self._rig, trip)

@@ -54,6 +54,7 @@ def guard_numbers(
     period = rig.period.value
     fast, slow = _filter_gains(rig)
     numbers: dict[str, float | np.ndarray] = {
+        "pushed": 0.0,
         "middle": rig.middle,
         "stroke": rig.limit("stroke"),
         "move": max_move_per_period(rig),
@@ -73,7 +74,7 @@ def guard_numbers(
     }
     if not rig.is_throttled:
         return numbers | _UNKNOWN
-    return numbers | _jack_numbers(rig) | _brake_numbers(rig, carried) | _moved_numbers(rig, shape, carried)
+    return numbers | _jack_numbers(rig) | _brake_numbers(rig, carried) | _moved_numbers(rig, carried)
 
 
 _UNKNOWN = {
@@ -90,22 +91,27 @@ def _brake_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
     """Of a jack behind a spool: how it is braked in the direction in which it carries most, against what it holds."""
     stall, most, full = _forces(rig)
     mass, least, load = (carried.most, carried.least, abs(carried.load)) if carried else (rig["M"], rig["M"], 0.0)
-    left, reached = _LEFT * most, _BRAKING if carried else _REACHED  # a leg that moves less does not reach more
+    left = left_to_brake(rig, carried) if carried else _BRAKING * most
     return {
-        "braking": max(left, reached * most - load) / mass,
+        "braking": (left if carried else _REACHED * most) / mass,  # a leg that moves less does not reach more
         "stall": (stall + load) / least,
         "opening": 1 / full,
-        "fade": max(left, _BRAKING * most - load) / mass / full * rig.period.value,
+        "fade": left / mass / full * rig.period.value,
         "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
     }
 
 
-def _moved_numbers(rig: Rig, shape: GuardShape, carried: Carried | None) -> dict[str, float]:
-    """Of the mass that the push is taken to accelerate: a leg's rod behind a load cell, else what it carries."""
+def left_to_brake(rig: Rig, carried: Carried) -> float:
+    """Force [N] that a leg has left to brake with, beside what it holds."""
+    most = _forces(rig)[1]
+    return max(_LEFT * most, _BRAKING * most - abs(carried.load))
+
+
+def _moved_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
+    """Of the mass between pressures and load cell: a jack's own, or a leg's rod."""
     if carried is None:
         return {"mass": rig["M"], "weight": 0.0, "drag": 0.0, "friction": rig["b"], "specimen": rig["ks"]}
-    mass, weight = (carried.cell, carried.weight) if shape.balances else (carried.most, carried.load)
-    return {"mass": mass, "weight": weight, "drag": rig["b"], "friction": 0.0, "specimen": 0.0}
+    return {"mass": carried.cell, "weight": carried.weight, "drag": rig["b"], "friction": 0.0, "specimen": 0.0}
 
 
 def _forces(rig: Rig) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ from ...engine.platform_instants import OUT, PlatformShape
 from ...linear import Equilibrium
 from ..guard_numbers import guard_numbers, guard_shape, trip_reason
 from ..sampled_loop import SIMULATION_FAILED
+from .coupling import coupling_numbers
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
@@ -55,7 +56,12 @@ class CompiledPlatform:
             for rig, carried in zip(self.setup.guarded, self.setup.carried, strict=True)
         ]
         noise, resolution = (part[:, read].ravel() for part in (self.sensors.noise, self.sensors.resolution))
-        legs = {"guard": np.concatenate(guards), "noise": noise, "resolution": resolution}
+        legs = {
+            "guard": np.concatenate(guards),
+            "coupling": coupling_numbers(self.setup),
+            "noise": noise,
+            "resolution": resolution,
+        }
         return packed(shape.numbers, q=self.law.numbers, offset=offset, part=self._late[1], **legs)
 
     def rows(self, **columns: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from ..rig_variations import with_delay
 class PlatformSetup:
     """A platform as built, its operating point at a pose, the same without dry friction, and its decoupled form:
     directions [6, 6] of leg space with the masses [6] along them, and the mass [6] that each leg alone moves, kg;
-    and what its guards take each leg to carry [6]."""
+    and what its guards take each leg to carry [6] and all of them to move, the inertia [6, 6] of the legs, kg."""
 
     platform: Platform
     engine: Engine
@@ -29,6 +29,7 @@ class PlatformSetup:
     masses: np.ndarray
     leg_masses: np.ndarray
     carried: tuple[Carried, ...]
+    inertia: np.ndarray
 
     @property
     def guarded(self) -> tuple[Rig, ...]:
@@ -38,8 +39,8 @@ class PlatformSetup:
 
     def known_as(self, declared: "PlatformSetup") -> "PlatformSetup":
         """The same platform, of which loops and guards know what they know of another one."""
-        same = {"directions": declared.directions, "leg_masses": declared.leg_masses, "carried": declared.carried}
-        return replace(self, **same)
+        names = ("directions", "leg_masses", "carried", "inertia")
+        return replace(self, **{name: getattr(declared, name) for name in names})
 
 
 def platform_setup(
@@ -53,8 +54,8 @@ def platform_setup(
     null, calm = platform_equilibrium(plant, pose), platform_equilibrium(plant, pose, smooth)
     directions, masses = decoupling(plant, calm, smooth)
     leg_masses = 1 / np.sum(directions**2 / masses, axis=1)
-    carried = _carried(platform, engine, null, masses)
-    return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses, carried)
+    held = _carried(platform, engine, null, masses), (directions * masses) @ directions.T
+    return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses, *held)
 
 
 def _carried(platform: Platform, engine: Engine, null: Equilibrium, masses: np.ndarray) -> tuple[Carried, ...]:
