@@ -2,16 +2,18 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import pytest
 
 from controllers import P
+from controllers.p import P as Plain
 from workbench.commands.learn.config import load_any
 from workbench.commands.learn.platform_config import PlatformLearnConfig
 from workbench.commands.run.config import load_config
 from workbench.commands.run.platform_config import PlatformConfig
+from workbench.control.linear_law import static
 from workbench.control.platform_controller import PlatformController
 from workbench.engine.guard_coupling import coupling
 from workbench.engine.guard_shape import BESIDE, TRIPS
@@ -119,15 +121,29 @@ def test_legs_that_are_alike_brake_a_mode_with_its_mass(setup):
     assert slowest == pytest.approx(left / setup.masses.max(), rel=1e-6)
 
 
-def test_a_load_cell_that_a_law_reads_agrees_with_the_rod(setup):
-    """Between pressures and load cell there is the leg's rod, not the payload."""
-    law = cast(Any, CONFIG.controllers[0].laws[0].build(1e-3))
-    law.measures = (*law.measures, "force")
-    controller = PlatformController([law] * 6, np.eye(6))
-    pose = np.zeros((400, 6))
-    pose[1:, 4] = 0.02
-    run = run_platform(setup, controller, pose, 2, compiled=False)
-    assert run.tripped is None
+class Weighed(Plain):
+    """A proportional law that has the load cells read, too."""
+
+    measures: ClassVar[tuple[str, ...]] = ("position", "force")
+
+    def linear_law(self):
+        return static([self._gain, -self._gain, 0.0], self.measures)
+
+
+def test_load_cells_that_a_law_reads_agree_with_the_rods(setup):
+    """Between pressures and load cell there is the leg's rod, not the payload; compiled as in Python."""
+    pose = np.zeros((300, 6))
+    pose[:, 4] = 0.02 * np.clip(np.arange(300) * setup.platform.period / 0.1, 0, 1)
+    laws = [cast(Any, Weighed(Plain.Design(gain=3.0), 1e-3)) for _ in range(6)]
+    controller = PlatformController(laws, np.eye(6))
+    python, compiled = (run_platform(setup, controller, pose, 2, way) for way in (False, True))
+    assert python.tripped is compiled.tripped is None
+    assert python.sent == pytest.approx(compiled.sent, abs=1e-9)
+    driven = np.zeros((300, 6))
+    driven[20:] = 1.0
+    python, compiled = (run_platform(setup, controller, 0 * pose, 2, way, added=driven) for way in (False, True))
+    assert python.tripped == compiled.tripped is not None
+    assert python.sent == pytest.approx(compiled.sent, abs=1e-7)
 
 
 def test_a_leg_holds_its_share_of_the_payload(setup):

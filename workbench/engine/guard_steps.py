@@ -43,7 +43,7 @@ class GuardSteps:
 
     def couple(self, acceleration: float, braking: float) -> None:
         """What the other legs of a platform do to it from now on, see guard_coupling."""
-        own = {name: float(self._numbers[place.start]) for name, place in self._places.items()}
+        own = {name: float(self._numbers[self._places[name].start]) for name in ("opening", "period")}
         for name, value in told(own, acceleration, braking).items():
             self._numbers[self._places[name]] = value
 
