@@ -20,6 +20,7 @@ from workbench.loop.platform.transfer import platform_transfer
 from workbench.rigs.platform import AXES
 
 SHIPPED = experiment("robustness_hexapod")
+LIGHT = experiment("robustness_hexapod_light")
 CONFIG = platform_robustness(read_experiment(SHIPPED), SHIPPED, None, 4)
 
 
@@ -62,7 +63,7 @@ def test_loops_and_steps_on_a_drawn_platform_are_those_of_the_platform_built_by_
     own = platform_setup(
         CONFIG.rig.with_values(**{name: each.numbers[name] for name in names}, **inertia), CONFIG.delay, each.pose
     )
-    plain = replace(plain, setup=replace(own, directions=setup.directions, leg_masses=setup.leg_masses))
+    plain = replace(plain, setup=own.known_as(setup))
     step = CONFIG.steps[1]
     for spec in CONFIG.controllers:
         controller = spec.build(setup.platform.period, setup.directions)
@@ -77,13 +78,39 @@ def test_loops_and_steps_on_a_drawn_platform_are_those_of_the_platform_built_by_
         assert linear_columns([plain], controller).ms[0] == pytest.approx(float(loop.sensitivity.max()), rel=1e-6)
 
 
+def test_a_bare_platform_is_unstable_and_hunts_about_where_it_stands(setup, drawn):
+    """One payload of the light end beside one of the others; under p-dp it swings on, too little for a trip."""
+    light = drawn_platform(setup, replace(CONFIG.draw, mass=(0.075, 0.1)), 1, 0)
+    p_dp = CONFIG.controllers[0].build(setup.platform.period, setup.directions)
+    assert linear_columns([drawn[0], light], p_dp).stable.tolist() == [True, False]
+    played = step_columns(setup, [drawn[0], light], p_dp, CONFIG.steps[1], 3)
+    assert played.hunting.tolist() == [False, True]
+    assert not played.tripped.any()
+
+
+def test_rows_say_on_which_payloads_a_controller_fails():
+    light = platform_robustness(read_experiment(LIGHT), LIGHT, None, 3)
+    only = replace(light, draw=replace(light.draw, mass=(0.075, 0.09)), steps=light.steps[:1])
+    metrics = run_platform_robustness(only, no_checkpoint, lambda _: None).metrics
+    (linear,) = (row for row in metrics["linear"] if row["controller"] == "p-dp")
+    assert linear["unstable"] == 3
+    assert 300 <= linear["unstable_least_kg"] < linear["unstable_most_kg"] <= 360
+    (row,) = (row for row in metrics["rows"] if row["controller"] == "p-dp")
+    assert row["hunting"] == 3
+    assert (row["failing_least_kg"], row["failing_most_kg"]) == (
+        linear["unstable_least_kg"],
+        linear["unstable_most_kg"],
+    )
+
+
 def test_the_study_counts_and_draws(tmp_path):
     outcome = run_platform_robustness(CONFIG, no_checkpoint, lambda _: None)
     rows = outcome.metrics["rows"]
     assert [(row["controller"], row["scenario"]) for row in rows] == [
         (spec.name, step.name) for spec in CONFIG.controllers for step in CONFIG.steps
     ]
-    assert all(row["tripped"] == row["never"] == 0 for row in rows)
+    assert all(row["tripped"] == row["hunting"] == row["never"] == 0 for row in rows)
+    assert all(row["failing_least_kg"] is None for row in rows)
     assert all(0.05 < row["settling_p50_s"] <= row["settling_worst_s"] < 0.3 for row in rows)
     linear = {row["controller"]: row for row in outcome.metrics["linear"]}
     assert linear["modal"]["coupling_worst_percent"] < linear["p-dp"]["coupling_median_percent"]

@@ -4,7 +4,8 @@ engine         simulation of one trajectory or of batches; which back end runs i
 trajectory     what a run gives: signals by name, with units
 sampled_law    a sampled linear law inside the compiled run of a plant; instant, what every instant does
 guard_rules    what a guard concludes from readings and lets through, as a graph; guard_motion, what the readings say of
-               the motion; guard_shape, its places; guard_steps, the graph sample by sample
+               the motion; guard_shape, its places; guard_steps, the graph sample by sample; guard_coupling, what the
+               legs of a platform do to each other
 staggered      force ports beside a program that integrates the mechanics
 platform_instants    one law and six guards inside the run of a platform
 delay_line     commands on their way to a plant whose drive is late

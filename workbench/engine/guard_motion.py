@@ -12,6 +12,7 @@ import casadi as ca
 from .guard_shape import GuardShape
 
 Parts = Mapping[str, ca.SX]
+_LARGEST = 1.7e308
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,24 @@ class Sample:
 
     @property
     def push(self) -> ca.SX:
-        """Force [N] that accelerates the mass, of the pressures less the load cell; 0 where they are not measured."""
-        return self.pressed - self.read("force") if self.shape.balances else ca.SX(0)
+        """Force [N] that accelerates the mass, of the pressures less the load cell, what the mass weighs and its drag;
+        0 where they are not measured."""
+        if not self.shape.balances:
+            return ca.SX(0)
+        return self.pressed - self.read("force") - self.q["weight"] - self.q["drag"] * self.before["v"]
+
+    @property
+    def acceleration(self) -> ca.SX:
+        """What that makes of the speed [m/s^2]; of a leg what all pushes do."""
+        return self.q["pushed"] if self.shape.leg else self.push / self.q["mass"]
 
     def _pressed(self, y: ca.SX) -> ca.SX:
         return self.q["area_a"] * y[self.shape.at("pa")] - self.q["area_b"] * y[self.shape.at("pb")]
+
+
+def is_finite(value: ca.SX) -> ca.SX:
+    """Whether a number is one."""
+    return ca.fabs(value) <= _LARGEST
 
 
 def estimated(sample: Sample) -> dict[str, ca.SX]:
@@ -68,7 +82,7 @@ def estimated(sample: Sample) -> dict[str, ca.SX]:
         "still": ca.if_else(sample.first, 0, (sample.y == s["last"]) * (s["still"] + 1)),
         "astray": ca.if_else(astray, s["astray"] + 1, 0),
     }
-    gain = sample.push / q["mass"] * q["period"]
+    gain = sample.acceleration * q["period"]
     after["x"], after["v"] = _filtered(sample, position, s["x"], s["v"], gain)
     if "force" in sample.shape.read:  # the push moves the specimen
         after["f"], after["df"] = _filtered(sample, sample.read("force"), s["f"], s["df"], q["specimen"] * gain)

@@ -14,17 +14,16 @@ from functools import cache
 
 import casadi as ca
 
-from .guard_motion import Parts, Sample, estimated
+from .guard_motion import Parts, Sample, estimated, is_finite
 from .guard_shape import TRIPS, GuardShape, length
 
 _DISBELIEVED = ("lost", "observer", "still position")  # trips that say that the position is wrong
-_LARGEST = 1.7e308
 _WEAK = 0.05  # the largest command that holds a jack after a trip
 
 
 def watched(shape: GuardShape, s: Parts, y: ca.SX, u: ca.SX, reference: ca.SX, q: Parts) -> dict[str, ca.SX]:
     """The guard's state after readings y, where the drive last got the command u; a trip stays."""
-    broken = _last_of((f"finite {name}", ca.logic_not(_finite(y[i]))) for i, name in enumerate(shape.read))
+    broken = _last_of((f"finite {name}", ca.logic_not(is_finite(y[i]))) for i, name in enumerate(shape.read))
     sample = Sample(shape, s, ca.if_else(broken > 0, s["last"], y), u, reference, q)
     after = estimated(sample)
     reason = ca.if_else(broken > 0, broken, _last_of(_reasons(sample, after)))
@@ -35,13 +34,9 @@ def watched(shape: GuardShape, s: Parts, y: ca.SX, u: ca.SX, reference: ca.SX, q
 def let_through(s: Parts, demanded: ca.SX, u: ca.SX, q: Parts) -> tuple[ca.SX, ca.SX]:
     """The command that the drive gets after u, and the reason for a trip, for the demanded one: limited in size and
     rate; after a trip the one of the brake."""
-    trip = ca.if_else(s["trip"] > 0, s["trip"], ca.if_else(_finite(demanded), 0, TRIPS.index("command")))
+    trip = ca.if_else(s["trip"] > 0, s["trip"], ca.if_else(is_finite(demanded), 0, TRIPS.index("command")))
     target = ca.if_else(trip > 0, s["brake"], ca.fmin(1, ca.fmax(-1, demanded)))
     return u + ca.fmin(q["step"], ca.fmax(-q["step"], target - u)), trip
-
-
-def _finite(value: ca.SX) -> ca.SX:
-    return ca.fabs(value) <= _LARGEST
 
 
 def _last_of(reasons: Iterable[tuple[str, ca.SX]]) -> ca.SX:
@@ -94,7 +89,7 @@ def _too_fast(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
     moved = ca.fabs(sample.read("position") - sample.last("position"))
     jumped = ca.if_else(sample.first, 0, moved > q["move"])
     ahead = ca.if_else(after["v"] >= 0, 1, -1)
-    fast = ca.fabs(after["v"]) + ca.fmax(0, ahead * sample.push / q["mass"]) * q["latency"] > q["speed"]
+    fast = ca.fabs(after["v"]) + ca.fmax(0, ahead * sample.acceleration) * q["latency"] > q["speed"]
     lost = ca.logic_and(stood >= 1, moved <= (stood + 1) * q["move"])
     return [("speed", ca.logic_or(jumped, fast)), ("lost", ca.logic_and(jumped, lost))]
 
@@ -104,7 +99,7 @@ def _too_late(sample: Sample, after: Parts) -> ca.SX:
     where even the whole force of the supply would not stop the jack, unless it slows down enough by itself."""
     q, v, latency = sample.q, after["v"], sample.q["latency"]
     ahead = ca.if_else(v >= 0, 1, -1)
-    speed, gain = ca.fabs(v), ahead * sample.push / q["mass"]
+    speed, gain = ca.fabs(v), ahead * sample.acceleration
     left = 2 * (q["stroke"] + q["over"] - ahead * (after["x"] - q["middle"]))
     faster = speed + ca.fmax(gain, 0) * latency
     now = faster * faster > q["braking"] * (left - (speed + faster) * latency)
@@ -150,7 +145,7 @@ def _speed_to_brake(sample: Sample, after: Parts, trip: ca.SX, believed: ca.SX) 
     q = sample.q
     speed = ca.if_else(trip == TRIPS.index("speed"), sample.before["v"], after["v"])  # after a jump: the one before
     speed = ca.if_else(believed, speed, after["flow"]) if sample.shape.observes else speed
-    gain = sample.push / q["mass"] * q["latency"]
+    gain = sample.acceleration * q["latency"]
     return ca.if_else(trip == TRIPS.index("force"), 0, speed + ca.if_else(speed * gain > 0, gain, 0))
 
 

@@ -21,7 +21,9 @@ TRIPS = (
     "impulse",
     "following",
     *(f"{what} {name}" for what in ("still", "finite") for name in MEASURED),
-)  # by the number that a tripped guard keeps; "command", "finite pa": not a finite one
+    "beside",
+)  # by the number that a tripped guard keeps; "command", "finite pa": not a finite one; "beside": another leg tripped
+BESIDE = TRIPS.index("beside")
 
 
 def places(**sizes: int) -> dict[str, slice]:
@@ -43,10 +45,12 @@ def length(of: Mapping[str, slice]) -> int:
 
 @dataclass(frozen=True)
 class GuardShape:
-    """What decides the graph: the signals `read`, and whether the rig `observes`: pressures of a jack that is known."""
+    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, and whether it is a
+    `leg` of a platform, which others push, too."""
 
     read: tuple[str, ...]
     jack: bool
+    leg: bool = False
 
     @property
     def observes(self) -> bool:
@@ -74,6 +78,7 @@ class GuardShape:
         names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade", "following", "patience")
         names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "friction", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
+        names += ("weight", "drag", "pushed")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

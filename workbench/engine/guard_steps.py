@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .guard_coupling import told
 from .guard_rules import graphs
 from .guard_shape import GuardShape
 
@@ -14,7 +15,7 @@ class GuardSteps:
 
     def __init__(self, shape: GuardShape, numbers: np.ndarray) -> None:
         self._read, self._numbers = shape.read, np.array(numbers, float)
-        self._trip = shape.state["trip"].start
+        self._trip, self._speed, self._places = shape.state["trip"].start, shape.state["v"].start, shape.numbers
         watch, limit = graphs(shape)
         self._state = np.zeros(watch.numel_in(0))
         self._after, self._sent = np.zeros(len(self._state)), np.zeros(2)
@@ -34,6 +35,21 @@ class GuardSteps:
     def reset(self) -> None:
         """Forget the past."""
         self._state[:] = 0
+
+    @property
+    def speed(self) -> float:
+        """The speed [m/s] that the readings say."""
+        return float(self._state[self._speed])
+
+    def couple(self, acceleration: float, braking: float) -> None:
+        """What the other legs of a platform do to it from now on, see guard_coupling."""
+        own = {name: float(self._numbers[self._places[name].start]) for name in ("opening", "period")}
+        for name, value in told(own, acceleration, braking).items():
+            self._numbers[self._places[name]] = value
+
+    def trip(self, number: int) -> None:
+        """Stop with a trip of this number, unless one has stopped it already."""
+        self._state[self._trip] = self._state[self._trip] or number
 
     def watch(self, measurement: Mapping[str, float], command: float, reference: float) -> int:
         """Read the signals (SI, NaN where one is missing) while the drive holds a command, and the position should be

@@ -1,7 +1,7 @@
 """The sampling instants of a platform: one law for all jacks, and a guard for each, as one graph.
 
 As sampled_law.py has it for a single jack: the sensors of all legs are read, the law demands six commands, each guard
-limits its own or trips, the drives hold what has arrived. A trip of one guard closes the valves of the others.
+limits its own or trips, the drives hold what has arrived. Where one guard trips, the other legs brake, too.
 """
 
 from dataclasses import dataclass
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ..plant import Plant
+from .guard_coupling import COUPLED, coupled, told
 from .guard_rules import let_through, packed_state, parts, watched
-from .guard_shape import GuardShape, length, places
+from .guard_shape import BESIDE, GuardShape, length, places
 from .instant import Parts, held, reading
 from .sampled_law import LawGraphs
 
@@ -47,7 +48,7 @@ class PlatformShape:
     def numbers(self) -> dict[str, slice]:
         """Places of the parameters; of the guards and sensors one leg after the other."""
         sensors, guard = LEGS * len(self.guard.read), LEGS * length(self.guard.numbers)
-        sizes = {"q": self.graphs.numbers, "offset": LEGS, "guard": guard, "part": 1}
+        sizes = {"q": self.graphs.numbers, "offset": LEGS, "guard": guard, "coupling": length(COUPLED), "part": 1}
         return places(**sizes, noise=sensors, resolution=sensors)
 
     @property
@@ -96,13 +97,14 @@ def _law(shape: PlatformShape, s: Parts, r: Parts, q: Parts, readings: list[Part
     """The commands that the guards let through, what was demanded, the trips, and the law's state after."""
     measured = [reading[name] for reading in readings for name in shape.measured]
     signals = ca.vertcat(r["reference"], r["forward"], *measured)
-    guards = [_watched(shape, leg, s, r, q, reading) for leg, reading in enumerate(readings)]
+    numbers = _told(shape, s, q, readings)
+    guards = [_watched(shape, leg, s, r, numbers[leg], reading) for leg, reading in enumerate(readings)]
     tripped = ca.mmax(ca.vertcat(*(guard["trip"] for guard in guards))) > 0
+    beside = ca.if_else(tripped, BESIDE, 0)
+    guards = [guard | {"trip": ca.if_else(guard["trip"] > 0, guard["trip"], beside)} for guard in guards]
     computed = ca.SX(shape.graphs.output(s["law"], signals, q["offset"], q["q"]))
     asked = ca.if_else(tripped, 0, computed)
-    passed = [
-        let_through(guard, asked[leg], s["command"][leg], _numbers(shape, leg, q)) for leg, guard in enumerate(guards)
-    ]
+    passed = [let_through(guard, asked[leg], s["command"][leg], numbers[leg]) for leg, guard in enumerate(guards)]
     sent, trips = (ca.vertcat(*column) for column in zip(*passed, strict=True))
     states = [packed_state(shape.guard, guard | {"trip": trips[leg]}) for leg, guard in enumerate(guards)]
     advanced = ca.SX(shape.graphs.advance(s["law"], signals, sent, q["offset"], q["q"]))
@@ -111,10 +113,26 @@ def _law(shape: PlatformShape, s: Parts, r: Parts, q: Parts, readings: list[Part
 
 
 def _watched(shape: PlatformShape, leg: int, s: Parts, r: Parts, q: Parts, reading: Parts) -> dict[str, ca.SX]:
+    values, state = ca.vertcat(*reading.values()), _state(shape, leg, s)
+    return dict(watched(shape.guard, state, values, s["command"][leg], r["reference"][leg], q))
+
+
+def _told(shape: PlatformShape, s: Parts, q: Parts, readings: list[Parts]) -> list[Parts]:
+    """The numbers of each leg's guard, with what the others do to it where their pressures are read."""
+    own = [_numbers(shape, leg, q) for leg in range(LEGS)]
+    if not shape.guard.observes:
+        return own
+    pairs = list(zip(own, readings, strict=True))
+    pressed = [numbers["area_a"] * reading["pa"] - numbers["area_b"] * reading["pb"] for numbers, reading in pairs]
+    speeds = ca.vertcat(*(_state(shape, leg, s)["v"] for leg in range(LEGS)))
+    accelerations, braking = coupled(parts(q["coupling"], COUPLED), speeds, ca.vertcat(*pressed))
+    return [dict(numbers) | told(numbers, accelerations[leg], braking[leg]) for leg, numbers in enumerate(own)]
+
+
+def _state(shape: PlatformShape, leg: int, s: Parts) -> Parts:
+    """Of a leg's guard."""
     size = length(shape.guard.state)
-    state = parts(s["guard"][leg * size : (leg + 1) * size], shape.guard.state)
-    values, numbers = ca.vertcat(*reading.values()), _numbers(shape, leg, q)
-    return dict(watched(shape.guard, state, values, s["command"][leg], r["reference"][leg], numbers))
+    return parts(s["guard"][leg * size : (leg + 1) * size], shape.guard.state)
 
 
 def _numbers(shape: PlatformShape, leg: int, q: Parts) -> Parts:

@@ -2,7 +2,8 @@
 
 sampled_loop, guard       a sampled controller on the plant, behind the rig's limits
 guarded_controller, compiled_controller    a controller with its guard by itself, in Python and compiled
-guard_numbers, faults     a rig's numbers for the guard's rules; faults, and the loop in which one begins
+guard_numbers, carried    a rig's numbers for the guard's rules; what a leg of a platform carries
+faults                    faults, and the loop in which one begins
 fault_trial, fault_counts    one fault in one loop, from one of three moments; what faults came to
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it

@@ -9,10 +9,12 @@ from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
 from .capability import dead_zone, oil_stiffness, stall_force
+from .carried import Carried
 
 _NEVER = 1e15  # of a rule that a rig cannot have
 _BRAKING = 0.95  # of the stall force and of the force limit, for which the guard opens the valve to brake
 _REACHED = 1.05  # of the same: the force that the jack then stands against on the way
+_LEFT = 0.05  # of the same: what a jack that holds a load is taken to have left to brake with, at least
 _WINDOW = 0.15  # s: over which the observer adds up what it sees
 _MASS_SHARE = 0.5  # by which the mass may be other than the rig says
 _KNOWN_FLOW = 0.2  # by which the flow may, where spool and supply are measured,
@@ -36,18 +38,23 @@ def max_move_per_period(rig: Rig) -> float:
     return rig.limit("speed") * rig.period.value + (sensor.scatter + sensor.resolution if sensor else 0.0)
 
 
-def guard_shape(rig: Rig, signals: Sequence[str], measures: Sequence[str]) -> GuardShape:
+def guard_shape(
+    rig: Rig, signals: Sequence[str], measures: Sequence[str], carried: Carried | None = None
+) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
     read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
-    return GuardShape(read, rig.is_throttled)
+    return GuardShape(read, rig.is_throttled, carried is not None)
 
 
-def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool) -> dict[str, float | np.ndarray]:
+def guard_numbers(
+    rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool, carried: Carried | None = None
+) -> dict[str, float | np.ndarray]:
     """All numbers of the rules by name, SI, of a controller that needs `measures`, the controlled one first; rules that
-    the rig cannot have are put out of reach."""
+    the rig cannot have are put out of reach. `carried`: by a leg of a platform."""
     period = rig.period.value
     fast, slow = _filter_gains(rig)
     numbers: dict[str, float | np.ndarray] = {
+        "pushed": 0.0,
         "middle": rig.middle,
         "stroke": rig.limit("stroke"),
         "move": max_move_per_period(rig),
@@ -65,41 +72,70 @@ def guard_numbers(rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: b
         "mass_share": _MASS_SHARE,
         "flow_share": _flow_error(rig, shape),
     }
-    return numbers | (_jack_numbers(rig) if rig.is_throttled else _UNKNOWN)
+    if not rig.is_throttled:
+        return numbers | _UNKNOWN
+    return numbers | _jack_numbers(rig) | _brake_numbers(rig, carried) | _moved_numbers(rig, carried)
 
 
 _UNKNOWN = {
     **dict.fromkeys(("braking", "stall", "opening", "fade", "allowed", "allowed_impulse", "oil"), _NEVER),
-    **dict.fromkeys(("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen", "friction"), 0.0),
+    **dict.fromkeys(
+        ("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen", "friction", "weight", "drag"), 0.0
+    ),
     **dict.fromkeys(("area_a", "area_b", "supply", "drain"), 0.0),
     **dict.fromkeys(("mass", "lag", "lap", "travel"), 1.0),
 }
 
 
-def _jack_numbers(rig: Rig) -> dict[str, float]:
-    """Of a jack behind a spool: what brakes it, and its observer."""
+def _brake_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
+    """Of a jack behind a spool: how it is braked in the direction in which it carries most, against what it holds."""
+    stall, most, full = _forces(rig)
+    mass, least, load = (carried.most, carried.least, abs(carried.load)) if carried else (rig["M"], rig["M"], 0.0)
+    left = left_to_brake(rig, carried) if carried else _BRAKING * most
+    return {
+        "braking": (left if carried else _REACHED * most) / mass,  # a leg that moves less does not reach more
+        "stall": (stall + load) / least,
+        "opening": 1 / full,
+        "fade": left / mass / full * rig.period.value,
+        "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
+    }
+
+
+def left_to_brake(rig: Rig, carried: Carried) -> float:
+    """Force [N] that a leg has left to brake with, beside what it holds."""
+    most = _forces(rig)[1]
+    return max(_LEFT * most, _BRAKING * most - abs(carried.load))
+
+
+def _moved_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
+    """Of the mass between pressures and load cell: a jack's own, or a leg's rod."""
+    if carried is None:
+        return {"mass": rig["M"], "weight": 0.0, "drag": 0.0, "friction": rig["b"], "specimen": rig["ks"]}
+    return {"mass": carried.cell, "weight": carried.weight, "drag": rig["b"], "friction": 0.0, "specimen": 0.0}
+
+
+def _forces(rig: Rig) -> tuple[float, float, float]:
+    """The stall force [N], what of it is allowed, and the speed [m/s] at full command that throttles as it brakes."""
     area_a, area_b = rig.areas
     stall = min(stall_force(rig, sign) for sign in (1.0, -1.0))
     most = min(stall, rig.limit("force"))
-    braking = _BRAKING * most
     flow = rig["n"] * rig["K3"]
-    full = flow * rig["z3max"] * math.sqrt((stall + braking) / (area_a**3 + area_b**3))  # m/s at full command, braking
+    return stall, most, flow * rig["z3max"] * math.sqrt((stall + _BRAKING * most) / (area_a**3 + area_b**3))
+
+
+def _jack_numbers(rig: Rig) -> dict[str, float]:
+    """Of a jack behind a spool: how late it is, and its observer."""
+    area_a, area_b = rig.areas
+    flow, (stall, _, full) = rig["n"] * rig["K3"], _forces(rig)
     valve = _valve_lag(rig)
     late = rig.period.value + _delay(rig) + valve
     sensor = rig.sensors.get("position")
     return {
-        "mass": rig["M"],
-        "braking": _REACHED * most / rig["M"],
         "over": min(_OVER * rig.limit("stroke"), max(0.0, rig["S"] / 2 - rig.limit("stroke")) / 2),
-        "stall": stall / rig["M"],
         "late": late,
         "latency": late + 0.5 / rig.limit("command_rate"),
-        "hold": _HOLDING / full if rig.stop == "hold" else 0.0,
-        "opening": 1 / full,
-        "fade": braking / rig["M"] / full * rig.period.value,
         "allowed": _OFFSET * rig.limit("stroke") + (sensor.scatter if sensor else 0.0) + _withheld(rig, full),
         "allowed_impulse": (_FRICTION * stall + 2 * _dry_friction(rig)) * _WINDOW,
-        "friction": rig["b"],
         "lag": min(1.0, rig.period.value / valve),
         "null": rig["z0"] if "z0" in rig.numbers else 0.0,
         "flow_a": flow / area_a,
@@ -107,7 +143,6 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "lap": rig["eps"],
         "travel": rig["z3max"],
         "oil": oil_stiffness(rig),
-        "specimen": rig["ks"],
         "area_a": area_a,
         "area_b": area_b,
         "supply": rig["Ps"],
@@ -195,5 +230,6 @@ def trip_reason(rig: Rig, trip: int) -> str:
         "lost": "the position signal is lost: it stood still while the jack moved",
         "observer": "the position signal does not move as flow and pressures say",
         "impulse": "force, pressures and acceleration do not agree",
+        "beside": "another leg tripped",
         "following": f"the position was off its reference by more than {limit} for {FOLLOWING_TIME * 1e3:g} ms",
     }[name]

@@ -1,6 +1,5 @@
 """What a found platform buys modal laws: those of the declared one and those that follow its modes, both on it."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +32,7 @@ def run_platform_retune(config: PlatformRetune, stage: Stage, progress: Progress
     declared, found = (platform_setup(each.rig, each.delay) for each in (config.declared, config.found))
     ratio = np.sqrt(declared.masses / found.masses)
     ways = {
-        "old": (config.found, replace(found, directions=declared.directions, leg_masses=declared.leg_masses)),
+        "old": (config.found, found.known_as(declared)),
         "retuned": (config.retuned(ratio), found),
     }
     rows, linear, runs = [], [], Runs()

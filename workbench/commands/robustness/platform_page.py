@@ -16,7 +16,10 @@ _COLUMNS = {
     "scenario": "step",
     "controller": "controller",
     "tripped": "tripped",
+    "hunting": "hunting",
     "never": "never settled",
+    "failing_least_kg": "any of these: payload from [kg]",
+    "failing_most_kg": "to [kg]",
     "settling_p50_s": "settling, median [s]",
     "settling_p99_s": "99 % [s]",
     "settling_worst_s": "worst [s]",
@@ -27,6 +30,8 @@ _COLUMNS = {
 _LINEAR = {
     "controller": "controller",
     "unstable": "unstable",
+    "unstable_least_kg": "payload from [kg]",
+    "unstable_most_kg": "to [kg]",
     "ms_median": "Ms, median",
     "ms_worst": "worst",
     "coupling_median_percent": "surge into pitch at 5 Hz, median [%]",
@@ -48,7 +53,8 @@ def platform_page(
         list(_COLUMNS.values()),
         [[row[key] for key in _COLUMNS] for row in rows],
         f"Counts of platforms, {judged}. Settled within 2 % of the step; a platform that never settles counts as the "
-        "slowest, and a dash says that there is one. Other axes: how far any of them goes, in percent of the step, "
+        "slowest, and a dash says that there is one. Hunting: swings without noise "
+        "that do not die away, along any axis. Other axes: how far any of them goes, in percent of the step, "
         "angles times the radius of the joints. Cavitating: a chamber comes below 0 bar.",
     )
     linear = Table(
@@ -88,7 +94,7 @@ def _verdict(metrics: Metrics) -> str:
 
 
 def _failing(name: str, metrics: Metrics) -> int:
-    rows = [row["tripped"] + row["never"] for row in metrics["rows"] if row["controller"] == name]
+    rows = [row["tripped"] + row["hunting"] + row["never"] for row in metrics["rows"] if row["controller"] == name]
     return sum(row["unstable"] for row in metrics["linear"] if row["controller"] == name) + sum(rows)
 
 

@@ -84,6 +84,7 @@ def _linear(columns: Columns, name: str) -> dict[str, Any]:
     return {
         "controller": name,
         "unstable": int((~stable).sum()),
+        **_masses("unstable", columns, ~stable),
         "ms_median": quantile(np.nan_to_num(ms, nan=np.inf), 0.5),
         "ms_worst": float(ms.max()) if whole else None,
         "coupling_median_percent": quantile(np.nan_to_num(coupling, nan=np.inf), 0.5),
@@ -91,18 +92,28 @@ def _linear(columns: Columns, name: str) -> dict[str, Any]:
     }
 
 
+def _masses(what: str, columns: Columns, those: np.ndarray) -> dict[str, float | None]:
+    """The lightest and the heaviest payload [kg] of `those` platforms, None where there are none."""
+    mass = columns["drawn.mass"][those.astype(bool)]
+    ends = (float(mass.min()), float(mass.max())) if len(mass) else (None, None)
+    return dict(zip((f"{what}_least_kg", f"{what}_most_kg"), ends, strict=True))
+
+
 def _row(config: PlatformRobustness, columns: Columns, name: str, step: str) -> dict[str, Any]:
     """Quantiles count a platform that never settles as the slowest; None where that is one."""
-    own = {key: columns[f"{name}.{step}.{key}"] for key in ("settling", "overshoot", "cross", "tripped", "lowest")}
+    keys = ("settling", "overshoot", "cross", "tripped", "hunting", "lowest")
+    own = {key: columns[f"{name}.{step}.{key}"] for key in keys}
     settling = np.nan_to_num(own["settling"], nan=np.inf)
     p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
-    lane = int(np.argmax(settling))
+    lane, failing = int(np.argmax(settling)), own["tripped"] | own["hunting"] | np.isinf(settling)
     return {
         "controller": name,
         "scenario": step,
         "plants": config.plants,
         "tripped": int(own["tripped"].sum()),
+        "hunting": int(own["hunting"].sum()),
         "never": int(np.isinf(settling).sum()),
+        **_masses("failing", columns, failing),
         "settling_p50_s": p50,
         "settling_p99_s": p99,
         "settling_worst_s": worst,

@@ -9,11 +9,12 @@ import numpy as np
 from ...control.platform_controller import LEGS
 from ...control.platform_law import PlatformLaw
 from ...engine import Batch, periods
-from ...engine.guard_shape import length, packed
+from ...engine.guard_shape import BESIDE, length, packed
 from ...engine.platform_instants import OUT, PlatformShape
 from ...linear import Equilibrium
 from ..guard_numbers import guard_numbers, guard_shape, trip_reason
 from ..sampled_loop import SIMULATION_FAILED
+from .coupling import coupling_numbers
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
@@ -34,7 +35,7 @@ class CompiledPlatform:
     def shape(self) -> PlatformShape:
         """What the machine code is of."""
         plant = self.setup.engine.plant
-        guard = guard_shape(self.setup.guarded[0], self.sensors.names, self.law.measures)
+        guard = guard_shape(self.setup.guarded[0], self.sensors.names, self.law.measures, self.setup.carried[0])
         whole, part = self._late
         drive = whole, bool(part) and not plant.interpolated, plant.interpolated
         return PlatformShape(self.law.graphs, self.law.measures, self.sensors.names, guard, *drive, self.sensors.noisy)
@@ -51,11 +52,16 @@ class CompiledPlatform:
         shape, guard = self.shape, self.shape.guard
         read = self.sensors.picked(guard.read)
         guards = [
-            packed(guard.numbers, **guard_numbers(rig, guard, shape.measured, self.sensors.noisy))
-            for rig in self.setup.guarded
+            packed(guard.numbers, **guard_numbers(rig, guard, shape.measured, self.sensors.noisy, carried))
+            for rig, carried in zip(self.setup.guarded, self.setup.carried, strict=True)
         ]
         noise, resolution = (part[:, read].ravel() for part in (self.sensors.noise, self.sensors.resolution))
-        legs = {"guard": np.concatenate(guards), "noise": noise, "resolution": resolution}
+        legs = {
+            "guard": np.concatenate(guards),
+            "coupling": coupling_numbers(self.setup),
+            "noise": noise,
+            "resolution": resolution,
+        }
         return packed(shape.numbers, q=self.law.numbers, offset=offset, part=self._late[1], **legs)
 
     def rows(self, **columns: np.ndarray) -> np.ndarray:
@@ -74,8 +80,8 @@ class CompiledPlatform:
         return batch, dict(zip(OUT, np.split(out, len(OUT), axis=2), strict=True))
 
     def trip(self, codes: np.ndarray) -> str | None:
-        """Why the first of the legs that tripped did, in words, of the codes of all [6]."""
-        legs = np.flatnonzero(codes)
+        """Why the first of the legs that tripped by themselves did, in words, of the codes of all [6]."""
+        legs = np.flatnonzero((codes > 0) & (codes != BESIDE))
         rig = self.setup.guarded[legs[0]] if len(legs) else None
         return None if rig is None else f"leg {legs[0] + 1}: {trip_reason(rig, int(codes[legs[0]]))}"
 

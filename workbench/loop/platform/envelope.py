@@ -1,7 +1,7 @@
 """What a platform's loops do where the payload is another than they were designed for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def judge_variations(
     results = []
     for name, values in variations.items():
         other = platform_setup(setup.platform.with_values(**values))
-        other = replace(other, directions=setup.directions, leg_masses=setup.leg_masses)
+        other = other.known_as(setup)
         results += [_judged(spec, name, other, steps, seed) for spec in controllers]
     return results
 

@@ -187,7 +187,7 @@ class PayloadDraw:
 def with_payload(setup: PlatformSetup, payload: dict[str, float]) -> PlatformSetup:
     """The platform with another payload, its laws and guards still those of the declared one."""
     other = platform_setup(setup.platform.with_values(**payload))
-    return replace(other, directions=setup.directions, leg_masses=setup.leg_masses)
+    return other.known_as(setup)
 
 
 def acceleration_error(learning: MatrixFilter, error: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from ...control.platform_controller import LEGS, PlatformController
 from ...engine import DelayLine
 from ..guard import Guard
 from ..sampled_loop import SIMULATION_FAILED
+from .coupling import Coupling
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
@@ -29,7 +30,11 @@ class _Loop:
         self, setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
     ) -> None:
         self._setup, self._sensors, self._controller, self._inputs = setup, sensors, controller, inputs
-        self._guards = [Guard(rig, controller.measures, sensors.noisy) for rig in setup.guarded]
+        self._guards = [
+            Guard(rig, controller.measures, sensors.noisy, carried)
+            for rig, carried in zip(setup.guarded, setup.carried, strict=True)
+        ]
+        self._coupling = Coupling(setup)
         self._state, self._u = setup.null.x.copy(), setup.null.u.copy()
         self._lines = [self._line(float(command)) for command in self._u[:LEGS]]
         for guard, command in zip(self._guards, self._u[:LEGS], strict=True):
@@ -61,19 +66,23 @@ class _Loop:
         return True
 
     def _sample(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Commands sent and demanded; where one guard trips, the valves of the other legs close."""
+        """Commands sent and demanded; where one guard trips, the other legs brake, too."""
         reference, forward = self._inputs.reference[k], self._inputs.forward[k]
-        for guard, row, setpoint in zip(self._guards, readings, reference, strict=True):
-            guard.watch(dict(zip(self._sensors.names, row.tolist(), strict=True)), float(setpoint))
+        measured = [dict(zip(self._sensors.names, row.tolist(), strict=True)) for row in readings]
+        coupled = self._coupling.of(self._guards, measured)
+        for guard, signals, setpoint, own in zip(self._guards, measured, reference, coupled, strict=True):
+            guard.watch(signals, float(setpoint), own)
         stopped = any(guard.tripped for guard in self._guards)
         demanded = np.zeros(LEGS)
         if not stopped:
             demanded = self._controller.compute(reference, self._by_name(readings), forward)
-        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
         if stopped:
             first = next(i for i, guard in enumerate(self._guards) if guard.tripped)
             self.tripped = self.tripped or f"leg {first + 1}: {self._guards[first].tripped}"
-        else:
+            for guard in self._guards:
+                guard.stop_beside()
+        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
+        if not stopped:
             self._controller.update(sent)
         return sent, demanded
 

@@ -10,6 +10,8 @@ from ...control.platform_controller import LEGS, PlatformController
 from ...control.platform_law import PlatformLaw, platform_law
 from ...rigs.platform import AXES
 from .. import step_metrics as metrics
+from ..envelope import HUNTING
+from ..lane_metrics import hunting_lanes
 from ..sensors import draws
 from .compiled import CompiledPlatform
 from .drawn import DrawnPlatform
@@ -36,12 +38,14 @@ class LinearColumns:
 @dataclass(frozen=True)
 class StepColumns:
     """A step on drawn platforms [n]: settling [s] (NaN: never), overshoot [%], how far the other axes go at most, in
-    percent of the step, what tripped or failed, and the lowest pressure [Pa]."""
+    percent of the step, what tripped or failed, which of the others hunt without noise, along any axis, and the lowest
+    pressure [Pa]."""
 
     settling: np.ndarray
     overshoot: np.ndarray
     cross: np.ndarray
     tripped: np.ndarray
+    hunting: np.ndarray
     lowest: np.ndarray
 
 
@@ -65,18 +69,25 @@ def step_columns(
     if law is None:
         raise InputError("a law that is Python alone does not run on drawn platforms; leave it out")
     t, played, tripped = _played(setup, platforms, controller, law, step, seed)
+    calm = played if seed is None else _played(setup, platforms, controller, law, step, None)[1]
     plant, weights = setup.engine.plant, setup.platform.geometry.weights
     axes = [plant.state(axis) for axis in AXES]
+    size, period = abs(step.size) * weights[step.axis], setup.platform.period
+    hunting = [
+        hunting_lanes(period, calm[:, :, axis] * weight, size, HUNTING)
+        for axis, weight in zip(axes, weights, strict=True)
+    ]
     chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]
     moved = played[:, :, axes] - played[:, :1, axes]
     y, band = moved[:, :, step.axis], SHARE * abs(step.size)
     settled = [metrics.settling_time(t, one, step.size, band) for one in y]
-    far = np.abs(moved).max(axis=1) * weights / (abs(step.size) * weights[step.axis])
+    far = np.abs(moved).max(axis=1) * weights / size
     return StepColumns(
         np.where(tripped, np.nan, np.array([np.nan if each is None else each for each in settled])),
         np.array([metrics.overshoot(one, 0.0, step.size) for one in y]),
         100 * np.delete(far, step.axis, axis=1).max(axis=1),
         tripped,
+        np.any(hunting, axis=0) & ~tripped,
         played[:, :, chambers].min(axis=(1, 2)),
     )
 

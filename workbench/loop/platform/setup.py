@@ -1,6 +1,6 @@
 """A platform ready for its loops: plant, engine, operating point, and what decouples it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,13 +10,15 @@ from ...linear.platform_modes import decoupling, platform_equilibrium
 from ...plant.platform import build_platform
 from ...rigs.platform import Platform
 from ...rigs.rig import Rig
+from ..carried import Carried
 from ..rig_variations import with_delay
 
 
 @dataclass(frozen=True, eq=False)
 class PlatformSetup:
     """A platform as built, its operating point at a pose, the same without dry friction, and its decoupled form:
-    directions [6, 6] of leg space with the masses [6] along them, and the mass [6] that each leg alone moves, kg."""
+    directions [6, 6] of leg space with the masses [6] along them, and the mass [6] that each leg alone moves, kg;
+    and what its guards take each leg to carry [6] and all of them to move, the inertia [6, 6] of the legs, kg."""
 
     platform: Platform
     engine: Engine
@@ -26,12 +28,19 @@ class PlatformSetup:
     directions: np.ndarray
     masses: np.ndarray
     leg_masses: np.ndarray
+    carried: tuple[Carried, ...]
+    inertia: np.ndarray
 
     @property
     def guarded(self) -> tuple[Rig, ...]:
-        """The rigs of the legs as their guards take them: each with the mass that its leg moves."""
+        """The rigs of the legs, each with the mass that its leg alone moves."""
         pairs = zip(self.platform.legs, self.leg_masses, strict=True)
         return tuple(leg.rig.with_values(M=float(mass)) for leg, mass in pairs)
+
+    def known_as(self, declared: "PlatformSetup") -> "PlatformSetup":
+        """The same platform, of which loops and guards know what they know of another one."""
+        names = ("directions", "leg_masses", "carried", "inertia")
+        return replace(self, **{name: getattr(declared, name) for name in names})
 
 
 def platform_setup(
@@ -45,4 +54,16 @@ def platform_setup(
     null, calm = platform_equilibrium(plant, pose), platform_equilibrium(plant, pose, smooth)
     directions, masses = decoupling(plant, calm, smooth)
     leg_masses = 1 / np.sum(directions**2 / masses, axis=1)
-    return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses)
+    held = _carried(platform, engine, null, masses), (directions * masses) @ directions.T
+    return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses, *held)
+
+
+def _carried(platform: Platform, engine: Engine, null: Equilibrium, masses: np.ndarray) -> tuple[Carried, ...]:
+    """By each leg: of any direction in which the platform may move; at rest, what pressures and load cell say."""
+    outputs = dict(zip(engine.plant.outputs, engine.observe(null.x, null.u).tolist(), strict=True))
+    legs = []
+    for i, leg in enumerate(platform.legs):
+        load = outputs[f"leg{i + 1}.jack_force"]
+        weight, rod = load - outputs[f"leg{i + 1}.force"], leg.numbers["rod_mass"].value
+        legs.append(Carried(float(max(masses)), float(min(masses)), load, rod, weight))
+    return tuple(legs)
