@@ -10,11 +10,13 @@ import pytest
 from workbench import InputError
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.record.platform import platform_plan, run_platform_record
+from workbench.commands.trace.payload import payload_numbers
 from workbench.commands.trace.wrench_items import pointed_at, wrench_sentence
 from workbench.identify.found.wrench import wrench_answer
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.wrench.candidates import leg_candidates, with_joint
+from workbench.identify.wrench.fitted import fit_payload
 from workbench.identify.wrench.leg_cut import cut_legs, payload_problem, whole_campaigns
 from workbench.identify.wrench.lines import line_noise, lines
 from workbench.linear.platform_modes import platform_equilibrium, platform_modes
@@ -79,8 +81,8 @@ def test_a_stiff_joint_and_a_stiff_payload_are_rigid():
     rigid = hertz(PLATFORM)
     play = platform_effect("joint.play", LEG, width=1e-4, stiffness=1e11, damping=0.2)
     part = {"mass": 800.0, "damping": 0.02, "height": 1.0}
-    stiff = platform_effect("payload.flexible", frequency=900.0, **part)
-    soft = platform_effect("payload.flexible", frequency=12.0, **part)
+    stiff = platform_effect("payload.flexible", 0, frequency=900.0, **part)
+    soft = platform_effect("payload.flexible", 0, frequency=12.0, **part)
     assert hertz(replace(PLATFORM, effects=(play,))) == pytest.approx(rigid, rel=2e-3)
     assert hertz(replace(PLATFORM, effects=(stiff,))) == pytest.approx(rigid, rel=2e-3)
     assert np.abs(hertz(replace(PLATFORM, effects=(soft,))) / rigid - 1).max() > 0.1
@@ -167,3 +169,9 @@ def test_legs_without_load_cells_follow_what_the_payload_asks(folder, tmp_path):
     fit = fit_rig(problem)
     assert not problem.misses(fit.chi2, fit.samples)
     assert leg.rig["M"] > 1000
+
+
+def test_records_that_hardly_move_contradict_no_number_of_the_payload(folder):
+    """At rest nothing is told of inertia, whatever a fit makes of the noise."""
+    still = [replace(campaign, train=campaign.static) for campaign in whole_campaigns(folder)]
+    assert payload_numbers(PLATFORM, fit_payload(payload_problem(PLATFORM, still))) == []

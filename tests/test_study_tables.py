@@ -15,6 +15,7 @@ HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
 CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
 PLATFORM_ROWS = json.loads((HERE / "traced_platforms.json").read_text())
+JOINT_ROWS = json.loads((HERE / "traced_joints.json").read_text())
 PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
 RESULTS = HERE.parent / "docs" / "results"
 SECTION = "\n".join(
@@ -178,13 +179,18 @@ def test_the_rates_on_a_pump_drive_are_those_of_the_campaigns():
         assert f"{rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f}, n = {rate.n})" in words, id
 
 
-def test_the_table_of_platforms_is_that_of_the_platforms_that_were_traced():
-    page = (RESULTS / "platform_study.md").read_text()
-    table = re.findall(r"^\| (.+?) \| (.+?) \| (.+?) \| ([\d.]+) \|$", page, re.MULTILINE)
-    assert len(table) == len(PLATFORM_ROWS)
-    for (missing, said, result, chi2), row in zip(table, PLATFORM_ROWS, strict=True):
+@pytest.mark.parametrize(("page", "rows"), [("platform_study", PLATFORM_ROWS), ("joint_study", JOINT_ROWS)])
+def test_a_table_of_platforms_is_that_of_the_platforms_that_were_traced(page, rows):
+    text = (RESULTS / f"{page}.md").read_text()
+    table = re.findall(r"^\| (.+?) \| (.+?) \| (.+?) \| ([\d.]+) \|$", text, re.MULTILINE)
+    assert len(table) == len(rows)
+    for (missing, said, result, chi2), row in zip(table, rows, strict=True):
         assert missing == (" and ".join(row["truth"]) or "nothing")
         assert set(re.split(" or | and ", said)) == set(row["named"] or [row["verdict"]])
         assert result == ("faint" if row["group"] == "faint" else row["result"])
         assert chi2 == f"{row['chi2_before']:.3g}"
-        assert set(row["named"]) <= set(row["truth"]) or row["verdict"] == "tied"
+        assert {name.partition(".")[0] for name in row["named"]} <= {name.partition(".")[0] for name in row["truth"]}
+    wrong = sum(row["result"] in {"wrong", "missed"} for row in rows)
+    counted = sum(row["result"] in {"right", "both", "tied", "incomplete"} for row in rows)
+    assert f"{counted} of {len(rows)}" in text
+    assert f"wrong: {wrong}" in text

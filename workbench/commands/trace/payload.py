@@ -7,9 +7,11 @@ from ...identify.wrench.balance import NUMBERS
 from ...identify.wrench.fitted import PayloadFit
 from ...report import Table, within
 from ...rigs.platform import Platform
+from ...rigs.platform.platform import PAYLOAD
 
 SURE = 2.5  # half widths of the 95 % interval
 MATTERS = 0.02  # of the mass, of the radius of the joints, of the mean moment of inertia
+TOLD = 0.1  # of these: half widths of intervals of numbers that records do not tell are wider
 
 
 def payload_numbers(platform: Platform, payload: PayloadFit) -> list[dict[str, Any]]:
@@ -34,7 +36,7 @@ def payload_table(platform: Platform, payload: PayloadFit) -> Table:
     note = (
         "By least squares of the forces of the load cells on the measured motion. Another: beyond "
         f"{SURE:g} half widths of the interval, and by {MATTERS:.0%} or more of the mass, of the radius of the joints "
-        "or of the mean moment of inertia."
+        "or of the mean moment of inertia, where the interval is no wider than a tenth of these to either side."
     )
     return Table("Payload", ["number", "described", "found", "95 % low", "95 % high", "another"], rows, note=note)
 
@@ -48,5 +50,7 @@ def _rows(platform: Platform, payload: PayloadFit) -> list[tuple[dict[str, Any],
         off = abs(value - number.value)
         row = {"name": f"payload.{name} [{number.si}]", "described": number.value, "found": value}
         row |= {"low": value - half, "high": value + half}
-        rows.append((row, off > SURE * half and off > MATTERS * sizes[name[0]]))
+        size = sizes[name[0]]
+        told = half < TOLD * size and not PAYLOAD[name].problem(value)  # too little motion makes it nothing, or less
+        rows.append((row, told and off > SURE * half and off > MATTERS * size))
     return rows
