@@ -76,6 +76,7 @@ def test_a_page_that_answers_how_has_a_picture():
         "cite.md": "two lines",
         "cluster.md": "no cluster is there when the site is built",
         "simulators.md": "takes a C compiler and another simulator",
+        "platform_trace.md": "a trace of six legs takes minutes",
         "watch.md": "a year of sessions takes minutes",
     }
     pages = (prose.ROOT / "docs" / "how").glob("*.md")

@@ -188,7 +188,7 @@ def test_a_table_of_platforms_is_that_of_the_platforms_that_were_traced(page, ro
         assert missing == (" and ".join(row["truth"]) or "nothing")
         assert set(re.split(" or | and ", said)) == set(row["named"] or [row["verdict"]])
         assert result == ("faint" if row["group"] == "faint" else row["result"])
-        assert chi2 == f"{row['chi2_before']:.3g}"
+        assert float(chi2) == float(f"{row['chi2_before']:.3g}")
         assert {name.partition(".")[0] for name in row["named"]} <= {name.partition(".")[0] for name in row["truth"]}
     wrong = sum(row["result"] in {"wrong", "missed"} for row in rows)
     counted = sum(row["result"] in {"right", "both", "tied", "incomplete"} for row in rows)
