@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from workbench import InputError
+from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.record.platform import platform_plan, run_platform_record
 from workbench.commands.trace.payload import payload_numbers
@@ -88,13 +89,15 @@ def test_a_stiff_joint_and_a_stiff_payload_are_rigid():
     assert np.abs(hertz(replace(PLATFORM, effects=(soft,))) / rigid - 1).max() > 0.1
 
 
-def test_effects_of_joints_are_read_back_and_checked(tmp_path):
+def test_effects_of_joints_are_read_back_shown_and_checked(tmp_path, capsys):
     made = replace(PLATFORM, effects=(platform_effect("joint.friction", LEG, moment=MOMENT),))
     file = tmp_path / "found.toml"
     text = platform_text(made, ["jack-10t"] * 6)
     file.write_text(text)
     (effect,) = read(file).effects
     assert (effect.label, effect.numbers["moment"].value) == ("leg3.joint.friction", MOMENT)
+    main(["show", str(file)])
+    assert "Effect leg3.joint.friction" in capsys.readouterr().out
     for old, new, said in (
         ("joint.friction", "joint.frction", "joint.friction"),
         ("leg = 3", "leg = 9", "from 1 to 6"),

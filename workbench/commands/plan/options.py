@@ -50,7 +50,7 @@ def _plan_platform(options: argparse.Namespace, words: list[str], name: str) -> 
     whole = whole_campaigns(options.campaign, options.heldout)
     if not has_load_cells(whole):
         raise InputError(
-            f"{options.campaign}: a leg without a load cell; a plan for a platform plays motions that are cut by them"
+            f"{options.campaign}: a leg without a load cell, by which a plan cuts motions leg by leg; record its force"
         )
     legs = cut_legs(platform, whole)
     prints = [fingerprint(leg.campaign) for leg in legs]

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.files import check_place
-from ...rigs.platform import Platform, bundled_platforms, load_platform
+from ...rigs.platform import Platform, bundled_platforms, is_platform, load_platform
 from ...rigs.platform.platform_file import platform_path
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
@@ -24,7 +24,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace, _words: list[str]) -> None:
-    rig = load_platform(options.rig) if options.rig in bundled_platforms() else load_rig(options.rig)
+    rig = load_platform(options.rig) if is_platform(options.rig) else load_rig(options.rig)
     if options.out is not None:
         _write(options.out, _text(options.rig, rig))
     elif options.toml:
@@ -37,7 +37,9 @@ def _show(options: argparse.Namespace, _words: list[str]) -> None:
 
 
 def _text(name: str, rig: Rig | Platform) -> str:
-    return platform_path(name).read_text("utf-8") if isinstance(rig, Platform) else rig_file(name, rig)
+    if not isinstance(rig, Platform):
+        return rig_file(name, rig)
+    return (platform_path(name) if name in bundled_platforms() else Path(name)).read_text("utf-8")
 
 
 def _described(rig: Rig | Platform) -> dict[str, Any]:

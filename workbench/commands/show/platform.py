@@ -7,6 +7,7 @@ from ...linear.platform_modes import platform_equilibrium, platform_modes
 from ...loop.platform.reach import reach
 from ...plant import build_platform
 from ...rigs.platform import AXES, Platform
+from ...rigs.platform.effects import EFFECTS
 from ...rigs.platform.platform import JOINTS, LEG, PAYLOAD, PLACE
 from .describe import number_row
 
@@ -19,8 +20,16 @@ def describe_platform(platform: Platform) -> dict[str, Any]:
     rows += [number_row(number, f"leg: {LEG[name].meaning}") for name, number in platform.legs[0].numbers.items()]
     jack = platform.legs[0].rig.name
     head = {"name": platform.name, "title": platform.title, "source": platform.source}
+    effects = [
+        {
+            "name": effect.label,
+            "formula": "",
+            "numbers": [number_row(n, EFFECTS[effect.name][n.name].meaning) for n in effect.numbers.values()],
+        }
+        for effect in platform.effects
+    ]
     kinds = {"kind": f"platform on six jacks, {jack}", "valve": "", "corrector": "", "jack": jack}
-    return {**head, **kinds, "numbers": rows, "effects": [], "sessions": [], "derived": _derived(platform)}
+    return {**head, **kinds, "numbers": rows, "effects": effects, "sessions": [], "derived": _derived(platform)}
 
 
 def _derived(platform: Platform) -> list[dict[str, Any]]:

@@ -27,6 +27,8 @@ PAYLOAD_EFFECTS: Mapping[str, Mapping[str, Spec]] = {
     },
 }
 
+EFFECTS = {**JOINT_EFFECTS, **PAYLOAD_EFFECTS}
+
 
 @dataclass(frozen=True)
 class PlatformEffect:
@@ -52,18 +54,18 @@ def read_platform_effects(tables: Sequence[Table], legs: int) -> tuple[PlatformE
 
 
 def _read(table: Table, legs: int) -> PlatformEffect:
-    name, known = table.text("name"), {**JOINT_EFFECTS, **PAYLOAD_EFFECTS}
-    if name not in known:
-        raise table.complaint("name", f'a platform has no effect "{name}"; {nearest(name, known)}')
+    name = table.text("name")
+    if name not in EFFECTS:
+        raise table.complaint("name", f'a platform has no effect "{name}"; {nearest(name, EFFECTS)}')
     of_leg = name in JOINT_EFFECTS
-    table.allow("name", *(["leg"] if of_leg else []), *known[name])
+    table.allow("name", *(["leg"] if of_leg else []), *EFFECTS[name])
     leg = table.count("leg", most=legs) if of_leg else 0
-    return PlatformEffect(name, leg, {key: read_number(table, key, spec) for key, spec in known[name].items()})
+    return PlatformEffect(name, leg, {key: read_number(table, key, spec) for key, spec in EFFECTS[name].items()})
 
 
 def platform_effect(name: str, leg: int = 0, **values: float) -> PlatformEffect:
     """One with SI values. Raises InputError for an unknown name or number, or an impossible value."""
-    specs = {**JOINT_EFFECTS, **PAYLOAD_EFFECTS}.get(name)
+    specs = EFFECTS.get(name)
     if specs is None or specs.keys() != values.keys():
         raise InputError(f"platform effect {name}: no such effect, or other numbers")
     for key, spec in specs.items():
