@@ -17,7 +17,7 @@ from workbench.rigs.rig_file import load_rig
 
 SAMPLE = load_campaign(Path(__file__).parent.parent / "experiments" / "sample")
 RIG = load_rig("jack-10t")
-FEW = (1, 4, 6, 9)
+FEW = (2, 5, 7, 10)  # in window 9 friction, which the rig lacks, lets initial states end in more than one place
 
 
 def problem(rig=RIG) -> EstimationProblem:
