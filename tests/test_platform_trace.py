@@ -73,6 +73,17 @@ def test_the_answers_of_six_legs_are_one_that_says_the_leg():
     assert said.endswith("Nothing is missing from legs 1, 3, 5 and 6.")
 
 
+def test_a_balance_that_was_not_judged_says_nothing_and_takes_no_share():
+    unjudged = {**BALANCED, "verdict": None, "chi2": {"before": None, "after": None}}
+    legs = [leg()] * 5 + [leg("named", ["jack.friction"], 5.0, 1.0, [("jack.friction", 1.0)])]
+    answer = platform_answer(legs, unjudged)
+    assert (answer["verdict"], answer["effects"]) == ("named", ["leg6.jack.friction"])
+    assert answer["ranking"][0]["explained"] == pytest.approx(1.0)
+    assert answer["wrench"]["verdict"] is None
+    truth = DrawnPlatform(1, "single", ((6, "jack.friction", "coulomb"),)).known()
+    assert judged(truth, answer)["chi2_before"] == 5.0
+
+
 @pytest.mark.parametrize(
     ("verdicts", "whole"),
     [

@@ -166,6 +166,8 @@ def test_legs_without_load_cells_follow_what_the_payload_asks(folder, tmp_path):
     whole = whole_campaigns(tmp_path)
     bare = wrench_answer(payload_problem(PLATFORM, whole))
     assert bare.trace is None
+    assert (bare.told["verdict"], bare.told["chi2"]["before"]) == (None, None)
+    assert wrench_sentence(bare.told) == "Joints are not judged."
     assert bare.payload.values[0] == pytest.approx(PLATFORM["mass"], rel=2e-3)
     leg = cut_legs(PLATFORM, whole)[0]
     problem = estimation_problem(leg.campaign, leg.rig)

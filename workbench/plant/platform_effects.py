@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ..rigs.platform.effects import FLEXIBLE, FRICTION, PLAY
+from ..rigs.platform.effects import FLEXIBLE, FRICTION, PLAY, TURNING
 from .assembly import Assembly
 from .platform_body import LegMotion, Pose
 
-_TURNING = 2e-3  # rad/s: over which dry friction of a joint changes its sign
 _TOUCH = 1e-6  # m: over which a joint with play touches
 _AWAY = 1e-5  # m: beyond the play, where a search for equilibrium starts
 
@@ -37,7 +36,7 @@ def joint_friction(b: Assembly, leg: str, motion: LegMotion, pose: Pose) -> ca.S
 
 
 def _against(moment: ca.SX, turning: ca.SX) -> ca.SX:
-    return -moment * turning / ca.sqrt(ca.sumsqr(turning) + _TURNING**2)
+    return -moment * turning / ca.sqrt(ca.sumsqr(turning) + TURNING**2)
 
 
 def free_rod(b: Assembly, leg: str, motion: LegMotion) -> FreeRod:

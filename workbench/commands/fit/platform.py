@@ -26,8 +26,8 @@ CHANCE = 0.01  # below which legs with one number would differ so much
 CARRIED = "M"  # what a jack alone carries: a leg its rod
 _NORMAL = 1.96
 _PAYLOAD_NOTE = (
-    "By least squares of the forces that the load cells measured, on the motion that the legs measured; what the legs "
-    "weigh and turn across themselves is taken off as the platform's file has it. Products of inertia are the "
+    "By least squares of the forces of load cells, or else of pressures, on the motion that the legs measured; what "
+    "the legs weigh and turn across themselves is taken off as the platform's file has it. Products of inertia are the "
     "integrals of -x y and so on."
 )
 _SHARED_NOTE = (

@@ -13,9 +13,9 @@ from ..common.outcome import Outcome
 from .study import run_residual
 
 _NOTE = (
-    "Each leg as a jack that carries its rod under the force that its load cell measured, so platform, payload "
-    "and the other legs are not judged. The load cell's noise shakes the rod on its oil; the floor includes what that "
-    "adds to the errors of the pressures."
+    "Each leg as a jack under the force that its load cell measured, or that the payload's motion asks of it, so "
+    "platform, payload and the other legs are not judged. That force's noise shakes what it carries; the floor "
+    "includes what that adds to the errors of the pressures."
 )
 
 

@@ -21,8 +21,9 @@ _FRAME = 0.02  # s
 _LARGER = 5.0  # times the motion is drawn
 _OF_ONE_JACK = (RETUNE, FREE_RUN)  # advice that no platform can follow
 _HOW = (
-    "Each leg is a jack that carries its rod under the force that its load cell measured: platform, payload and the "
-    "other legs act in that force and in none of the errors. chi2 is that of the held-out records, and 1 is the noise "
+    "Each leg is a jack that carries its rod under the force that its load cell measured, or, without load cells, what "
+    "it alone moves under the rest of what the payload's motion asks: platform, payload and the other legs act in that "
+    "force and in none of the errors. chi2 is that of the held-out records, and 1 is the noise "
     "floor; before: the leg's numbers fitted; after: with what was named."
 )
 

@@ -34,9 +34,10 @@ def payload_table(platform: Platform, payload: PayloadFit) -> Table:
         for row, differs in _rows(platform, payload)
     ]
     note = (
-        "By least squares of the forces of the load cells on the measured motion. Another: beyond "
-        f"{SURE:g} half widths of the interval, and by {MATTERS:.0%} or more of the mass, of the radius of the joints "
-        "or of the mean moment of inertia, where the interval is no wider than a tenth of these to either side."
+        "By least squares of the forces of the legs, of load cells or else of pressures, on the measured motion. "
+        f"Another: beyond {SURE:g} half widths of the interval, and by {MATTERS:.0%} or more of the mass, of the "
+        "radius of the joints or of the mean moment of inertia, where the interval is no wider than a "
+        "tenth of these to either side."
     )
     return Table("Payload", ["number", "described", "found", "95 % low", "95 % high", "another"], rows, note=note)
 

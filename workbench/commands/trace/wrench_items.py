@@ -17,9 +17,13 @@ _NOTE = (
     f"{BAND:g} Hz over the noise of the record at rest. Explained: the share of the held-out misfit that a candidate "
     "alone takes away, once the payload's numbers are fitted with it."
 )
-_UNJUDGED = (
-    "Joints and payload are not judged: that takes a record at rest, which tells the noise, and a held-out one. Add "
-    "both to campaign.toml."
+_NO_RECORD = (
+    "Joints are not judged: that takes a record at rest, which tells the noise, and a held-out one. Add both to "
+    "campaign.toml."
+)
+_NO_CELLS = (
+    "Joints are not judged: without load cells the forces are those of the pressures, and dry friction of a jack would "
+    "look like friction of its joints."
 )
 
 
@@ -33,6 +37,8 @@ def wrench_sentence(told: Mapping[str, Any]) -> str:
     before, after = told["chi2"]["before"], told["chi2"]["after"]
     if told["verdict"] == "none":
         return ""
+    if told["verdict"] is None:
+        return "Joints are not judged."
     if told["verdict"] == "unknown":
         return (
             f"Legs and payload do not balance (chi2 {before:.3g}), and no joint's friction, play or place, nor a "
@@ -46,7 +52,7 @@ def wrench_sentence(told: Mapping[str, Any]) -> str:
 def wrench_items(wrench: WrenchAnswer) -> list[Any]:
     """A figure by frequency and a table of candidates; one line where nothing could be judged."""
     if wrench.trace is None:
-        return [_UNJUDGED]
+        return [_NO_RECORD if wrench.cells else _NO_CELLS]
     items: list[Any] = [_figure(wrench.trace)]
     if wrench.told["ranking"]:
         items.append(_candidates(wrench))

@@ -69,7 +69,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
     names += [f"number.{_cell(wrong['name'])}" for wrong in answer.get("numbers", ())]
     verdict = "named" if names and answer["verdict"] == "none" else answer["verdict"]
     ranked = [entry["effect"] for entry in answer["ranking"]]
-    parts = [*answer.get("legs", ()), *([answer["wrench"]] if "wrench" in answer else [])]
+    parts = [*answer.get("legs", ()), *([own] if (own := answer.get("wrench")) and own["verdict"] else [])]
     chi2 = max((part["chi2"] for part in parts), key=_before, default=answer["chi2"])
     row = {
         **_drawn(truth),

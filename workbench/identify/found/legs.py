@@ -18,13 +18,14 @@ def platform_answer(legs: Sequence[Answer], own: Answer) -> dict[str, Any]:
     """The answer by the keys of trace.json: effects are `leg4.main.deadband`, signals `leg4.pa [bar]`. A share in the
     ranking is of what the platform's model misses, all legs and the balance of their wrench together. `legs` has each
     leg's own verdict, `own` is the answer on joints and payload, as of `wrench_answer`."""
-    parts = [*(_of_leg(legs[i], i + 1) for i in suspected(legs)), *([own] if own["verdict"] != "none" else [])]
+    judged = [own] if own["verdict"] else []
+    parts = [_of_leg(legs[i], i + 1) for i in suspected(legs)] + [each for each in judged if each["verdict"] != "none"]
     parts.sort(key=lambda part: -_misfit(part))
     return {
         "verdict": _verdict([part["verdict"] for part in parts]),
         "effects": [name for part in parts for name in part["effects"]],
         "equation": next((part["equation"] for part in parts if part["equation"]), None),
-        "ranking": _ranking([*(_of_leg(leg, i) for i, leg in enumerate(legs, 1)), own]),
+        "ranking": _ranking([*(_of_leg(leg, i) for i, leg in enumerate(legs, 1)), *judged]),
         "chi2": {key: _mean([leg["chi2"][key] for leg in legs]) for key in ("before", "after")},
         "rms": {f"leg{i}.{label}": row for i, leg in enumerate(legs, 1) for label, row in leg["rms"].items()},
         "learned": [{"leg": i, **shape} for i, leg in enumerate(legs, 1) for shape in leg["learned"]],

@@ -15,17 +15,19 @@ _RANKED = 6
 @dataclass(frozen=True, eq=False)
 class WrenchAnswer:
     """The payload; what is `told` of joints and payload by the keys of trace.json, with `not_shown`, the names that the
-    records cannot show; and the trace, None where no record at rest says the noise."""
+    records cannot show; and the trace, None where records cannot judge: then the verdict is None, and `cells` says
+    whether load cells measured the forces."""
 
     payload: PayloadFit
     told: Mapping[str, Any]
     trace: WrenchTrace | None
+    cells: bool = True
 
 
 def wrench_answer(problem: WrenchProblem) -> WrenchAnswer:
     """Of a platform's records."""
     if not problem.judges:
-        return WrenchAnswer(fit_payload(problem), _told("none", [], 1.0, 1.0), None)
+        return WrenchAnswer(fit_payload(problem), _told(None, [], None, None), None, problem.judging)
     trace = trace_wrench(problem)
     names = [effect.name for effect in trace.after.effects] if trace.verdict != "unknown" else []
     told = _told(
@@ -37,8 +39,8 @@ def wrench_answer(problem: WrenchProblem) -> WrenchAnswer:
     return WrenchAnswer(trace.payload, told, trace)
 
 
-def _told(verdict: str, effects: list[str], before: float, after: float) -> dict[str, Any]:
-    equation = None if verdict == "none" else "force"
+def _told(verdict: str | None, effects: list[str], before: float | None, after: float | None) -> dict[str, Any]:
+    equation = None if verdict in (None, "none") else "force"
     head = {"verdict": verdict, "effects": effects, "equation": equation, "chi2": {"before": before, "after": after}}
     return {**head, "ranking": [], "rms": {}, "numbers": [], "learned": [], "tied": {}, "not_shown": []}
 
@@ -50,18 +52,12 @@ def _others(trace: WrenchTrace) -> list[str]:
 
 def _ranking(trace: WrenchTrace) -> list[dict[str, Any]]:
     """What was added, with what it does together, then the best of the candidates alone."""
-    first = trace.before
     named = trace.after.effects if trace.verdict != "unknown" else ()
-    alone = {(judgement.name, judgement.formula): (judgement, closed) for judgement, closed in trace.ranking}
-    rows = []
-    for effect in named:
-        judgement, _ = alone.get((effect.name, effect.formula), (None, first))
-        rows.append(_row(effect, trace.after, judgement.explained if judgement else 0.0))
+    alone = {(judgement.name, judgement.formula): judgement.explained for judgement, _ in trace.ranking}
     keys = [(effect.name, effect.formula) for effect in named]
-    others = [
-        (judgement, closed) for judgement, closed in trace.ranking if (judgement.name, judgement.formula) not in keys
-    ]
-    return [*rows, *(_row(closed.effects[-1], closed, judgement.explained) for judgement, closed in others[:_RANKED])]
+    rows = [_row(effect, trace.after, alone.get(key, 0.0)) for effect, key in zip(named, keys, strict=True)]
+    others = [(each, closed) for each, closed in trace.ranking if (each.name, each.formula) not in keys]
+    return [*rows, *(_row(closed.effects[-1], closed, each.explained) for each, closed in others[:_RANKED])]
 
 
 def _row(effect: Candidate, closed: Closed, explained: float) -> dict[str, Any]:

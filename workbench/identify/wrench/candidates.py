@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...rigs.platform import LEGS, Platform
-from ...rigs.platform.effects import FLEXIBLE, FRICTION, PLAY
+from ...rigs.platform.effects import FLEXIBLE, FRICTION, PLAY, TURNING
 from ...rigs.platform.kinematics import arms, leg_vectors, rotation
 from .balance import Balance, balance, in_platform
 from .motion import LegSignals
 
 SOFT = "joint.compliance"
 PLACES = {"base.place": "base", "joint.place": "joint"}
-_TURNING = 2e-3  # rad/s: over which dry friction changes its sign
 _LIGHT = 300.0  # N: over which the force of a leg changes its sign
 _REVERSED = 0.01  # of the time, for which a leg must push or pull, or its play does not show
 _STEP = 1e-3  # m
@@ -117,7 +116,7 @@ def _friction(record: Recorded, leg: int, by_load: bool) -> np.ndarray:
     turning = np.cross(along, velocity) / length
     moment = np.abs(record.signals.force[:, leg, None]) if by_load else 1.0
     base, joint = (
-        moment * each / np.sqrt(np.sum(each**2, -1, keepdims=True) + _TURNING**2) for each in (turning, w - turning)
+        moment * each / np.sqrt(np.sum(each**2, -1, keepdims=True) + TURNING**2) for each in (turning, w - turning)
     )
     force = np.cross(base - joint, along) / length
     wrench = np.hstack((force, np.cross(arm, force) + joint))

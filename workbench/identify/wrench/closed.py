@@ -22,17 +22,21 @@ Place = tuple[int, str]
 class Closed:
     """A balance with `effects`: their numbers after those of the payload are `numbers` [10 + k] with their covariance,
     and the squares left over the noise by role. `platform` has its joints where they were `moved` [3] m to; `linear`
-    [10] are numbers of a payload near which columns are taken."""
+    [10] are numbers of a payload near which columns are taken; `base` is the same platform without the last effect,
+    where that is known."""
 
     problem: WrenchProblem
     platform: Platform
     effects: tuple[Candidate, ...]
     linear: np.ndarray
     moved: Mapping[Place, np.ndarray] = field(default_factory=dict)
+    base: "Closed | None" = None
 
     @cached_property
     def balances(self) -> Mapping[str, tuple[Balance, ...]]:
         """Of the platform with its joints where they were found, by role."""
+        if self.base is not None:
+            return self.base.balances
         if self.platform is self.problem.platform:
             return self.problem.declared
         return {
@@ -47,13 +51,15 @@ class Closed:
     def rows(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
         """By role the columns [rows, 10 + k] and wrenches [rows] of all lines, over their noise."""
         noise, period = self.problem.noise, self.problem.period
-        rows = {role: whitened(self.balances[role], noise, period) for role in (FITTED, JUDGED)}
-        return {role: (np.hstack((columns, *self._effects(role))), wrench) for role, (columns, wrench) in rows.items()}
+        if self.base is None:
+            further = self.effects
+            rows = {role: whitened(self.balances[role], noise, period) for role in (FITTED, JUDGED)}
+        else:
+            rows, further = self.base.rows, self.effects[-1:]
+        own = {role: [self._columns(effect, role) for effect in further] for role in rows}
+        return {role: (np.hstack((columns, *own[role])), wrench) for role, (columns, wrench) in rows.items()}
 
-    def _effects(self, role: str) -> list[np.ndarray]:
-        return [self.columns(effect, role) for effect in self.effects]
-
-    def columns(self, effect: Candidate, role: str) -> np.ndarray:
+    def _columns(self, effect: Candidate, role: str) -> np.ndarray:
         """What a unit of each number of an effect leaves over [rows, k]."""
         pairs = zip(self.problem.signals[role], self.balances[role], strict=True)
         recorded = [Recorded(self.platform, legs, each, self.linear) for legs, each in pairs]
@@ -71,8 +77,8 @@ class Closed:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of these, where nothing is missing."""
-        return self._solved[1]
+        """Of these; what is left of the fitted records beyond the noise widens it."""
+        return max(1.0, self.squares[FITTED] / self.samples(FITTED)) * self._solved[1]
 
     @cached_property
     def squares(self) -> Mapping[str, float]:
@@ -102,8 +108,7 @@ class Closed:
 
     def given(self, effect: Candidate) -> "Closed":
         """With one more effect. A joint is moved until the balance of the moved platform asks for no more."""
-        linear = self.numbers[:PAYLOAD]
-        found = self._with(replace(self, linear=linear, effects=(*self.effects, effect)), effect)
+        found = replace(self, linear=self.numbers[:PAYLOAD], effects=(*self.effects, effect), base=self)
         if effect.place is None:
             return found
         for _ in range(_MOVES):
@@ -112,18 +117,9 @@ class Closed:
                 break
             moved = found.moved.get(effect.place, np.zeros(3)) + step
             found = replace(
-                found, platform=with_joint(found.platform, *effect.place, step),
+                found, platform=with_joint(found.platform, *effect.place, step), base=None,
                 linear=found.numbers[:PAYLOAD], moved={**found.moved, effect.place: moved},
             )  # fmt: skip
-        return found
-
-    def _with(self, found: "Closed", effect: Candidate) -> "Closed":
-        """Its rows are those of this one and of the effect."""
-        rows = {
-            role: (np.hstack((columns, found.columns(effect, role))), wrench)
-            for role, (columns, wrench) in self.rows.items()
-        }
-        found.__dict__.update(balances=self.balances, rows=rows)
         return found
 
     def parameters(self, effect: Candidate) -> dict[str, tuple[float, float | None, float | None]]:
@@ -131,8 +127,7 @@ class Closed:
         widths = [other.width for other in self.effects]
         first = PAYLOAD + sum(widths[: self.effects.index(effect)])
         own = slice(first, first + effect.width)
-        chi2 = max(1.0, self.squares[FITTED] / self.samples(FITTED))
-        values, halves = self.numbers[own], _NORMAL * np.sqrt(chi2 * np.diag(self.covariance)[own])
+        values, halves = self.numbers[own], _NORMAL * np.sqrt(np.diag(self.covariance)[own])
         if effect.place is not None:
             values = values + self.moved.get(effect.place, 0.0)
         ends = [

@@ -63,12 +63,13 @@ class WrenchProblem:
 
 def wrench_problem(platform: Platform, whole: Sequence[Campaign], judging: bool = True) -> WrenchProblem:
     """Of the records of each leg [6], whole."""
+    signals = {role: tuple(leg_signals(legs) for legs in together(whole, role)) for role in ROLES}
+    return WrenchProblem(platform, signals, judging)
 
-    def signals(role: str) -> tuple[LegSignals, ...]:
-        records: list[tuple[Record, ...]] = list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
-        return tuple(leg_signals(legs) for legs in records)
 
-    return WrenchProblem(platform, {role: signals(role) for role in ROLES}, judging)
+def together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
+    """The records of a role, each as its six legs."""
+    return list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
 
 
 def whitened(balances: Sequence[Balance], noise: LineNoise, period: float) -> tuple[np.ndarray, np.ndarray]:

@@ -16,13 +16,13 @@ from ...records.campaign import ROLES, judged_by
 from ...rigs.platform import LEGS, Platform
 from ...rigs.rig import Rig
 from ..data.white_part import white_part
-from .fitted import WrenchProblem, wrench_problem
-from .leg_forces import LegForces, payload_forces, together, with_pressure_forces
+from .fitted import WrenchProblem, together, wrench_problem
+from .leg_forces import LegForces, payload_forces, with_pressure_forces
 from .rod import rod_burden, rod_masses
 
-_TAKEN = ("force", "acceleration")  # the first is an input; a rod as light as that shakes by the noise of the first
-_HELD = (0.5, 0.5)  # of the force in a row and in the next
 CELL, NEEDED = "force", ("position", "pa", "pb")
+_TAKEN = (CELL, "acceleration")  # the first is an input; a rod as light as that shakes by the noise of the first
+_HELD = (0.5, 0.5)  # of the force in a row and in the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +42,19 @@ def whole_campaigns(folder: str | Path, heldout: Sequence[str] = ()) -> list[Cam
 
 def cut_records(platform: Platform, legs: Sequence[Record]) -> list[Record]:
     """One record of a platform, its six legs with the forces of their load cells, as six records of jacks."""
-    force = np.column_stack([record.signals["force"] for record in legs]) + _burden(platform, legs)
+    force = np.column_stack([record.signals[CELL] for record in legs]) + _burden(platform, legs)
     return [_cut(record, force[:, leg]) for leg, record in enumerate(legs)]
 
 
 def has_load_cells(whole: Sequence[Campaign]) -> bool:
     """Whether every leg's force was measured in every record."""
-    return all("force" in record.signals for campaign in whole for record in campaign.records)
+    return all(CELL in record.signals for campaign in whole for record in campaign.records)
 
 
 def payload_problem(platform: Platform, whole: Sequence[Campaign]) -> WrenchProblem:
     """The balance of the payload by load cells; by pressures where there are none: these leave out the dry friction of
     jacks, so that the payload's numbers can be fitted and joints are not judged. Raises InputError as
-    `leg_campaigns`."""
+    `cut_legs`."""
     _check(whole)
     if not whole[0].train:
         raise InputError(f"{whole[0].path}: no train record to fit the payload to; list some under [records]")
@@ -99,10 +99,9 @@ def _moving(rig: Rig, mass: float) -> Rig:
 def _measured(platform: Platform, whole: Sequence[Campaign]) -> LegForces:
     """By load cells; at rest the platform still rings in them, so that noise is what is white in them."""
     forces = {
-        role: [np.column_stack([leg.signals["force"] for leg in legs]) for legs in together(whole, role)]
-        for role in ROLES
+        role: [np.column_stack([leg.signals[CELL] for leg in legs]) for legs in together(whole, role)] for role in ROLES
     }
-    sigma = np.array([white_part("force", campaign.records).sigma for campaign in whole])
+    sigma = np.array([white_part(CELL, campaign.records).sigma for campaign in whole])
     return LegForces(forces, sigma, (1.0,), rod_masses(platform))
 
 

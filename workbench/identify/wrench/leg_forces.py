@@ -15,7 +15,7 @@ from ...rigs.platform import LEGS, Platform, leg_lengths, leg_speeds
 from ...rigs.platform.kinematics import rotation
 from ..data.white_part import white_part
 from .balance import balance, linear_numbers
-from .fitted import fit_payload, wrench_problem
+from .fitted import fit_payload, together, wrench_problem
 from .motion import ORDER, LegSignals, leg_signals, passed, slope
 from .rod import rod_burden, rod_masses
 
@@ -78,11 +78,6 @@ def payload_forces(platform: Platform, whole: Sequence[Campaign]) -> LegForces:
     forces = {role: [against(legs) for legs in every] for role, every in read.items()}
     size, weights = _noise([campaign.records for campaign in whole])
     return LegForces(forces, size * np.linalg.norm(masses - np.diag(own), axis=1), weights, np.diag(masses))
-
-
-def together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
-    """The records of a role, each as its six legs."""
-    return list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
 
 
 def _asked(platform: Platform, legs: LegSignals, payload: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ Ranking = Sequence[tuple[rule.Judgement, Closed]]
 @dataclass(frozen=True, eq=False)
 class WrenchTrace:
     """What was found: the balance `before` with the payload's numbers alone and `after` with what was added, the
-    payload, what ties with each added name, what every candidate alone would do, best first, the verdict, the gate of
-    chi2, and the names that these records cannot show."""
+    payload, what ties with each added name, what every candidate alone would do, best first, the verdict, and the
+    names that these records cannot show."""
 
     before: Closed
     after: Closed
@@ -32,7 +32,6 @@ class WrenchTrace:
     tied: Mapping[str, list[str]]
     ranking: Ranking
     verdict: str
-    gate: float
     not_shown: Sequence[str]
 
 
@@ -44,7 +43,7 @@ def trace_wrench(problem: WrenchProblem) -> WrenchTrace:
     tied: dict[str, list[str]] = {}
     first: Ranking = ()
     while rule.misfit(after.chi2, deviation) and len(after.effects) < MOST:
-        ranking = _judged(problem, after)
+        ranking = _judged(after)
         first = first or ranking
         chosen = _chosen(ranking, after)
         if not chosen:
@@ -54,7 +53,7 @@ def trace_wrench(problem: WrenchProblem) -> WrenchTrace:
             tied[after.effects[-1].name] = [each.effects[-1].name for each in others]
     verdict = _verdict(start, after, tied, deviation)
     shown = not_shown(problem.signals[FITTED])
-    return WrenchTrace(start, after, _payload(after), tied, first, verdict, rule.gate(deviation), shown)
+    return WrenchTrace(start, after, _payload(after), tied, first, verdict, shown)
 
 
 def _verdict(start: Closed, after: Closed, tied: Mapping[str, list[str]], deviation: float) -> str:
@@ -70,10 +69,7 @@ def _verdict(start: Closed, after: Closed, tied: Mapping[str, list[str]], deviat
 
 
 def _payload(closed: Closed) -> PayloadFit:
-    """The payload's numbers; what is left beyond the noise widens their intervals."""
-    chi2 = max(1.0, closed.squares[FITTED] / closed.samples(FITTED))
-    covariance = chi2 * closed.covariance[:PAYLOAD, :PAYLOAD]
-    return payload_fit(closed.problem, closed.numbers[:PAYLOAD], covariance)
+    return payload_fit(closed.problem, closed.numbers[:PAYLOAD], closed.covariance[:PAYLOAD, :PAYLOAD])
 
 
 def _chosen(ranking: Ranking, before: Closed) -> list[Closed]:
@@ -84,10 +80,10 @@ def _chosen(ranking: Ranking, before: Closed) -> list[Closed]:
     return [closed for each in named for judgement, closed in ranking if judgement is each]
 
 
-def _judged(problem: WrenchProblem, before: Closed) -> Ranking:
+def _judged(before: Closed) -> Ranking:
     """Every candidate added to what was found, best first."""
     there = [effect.name for effect in before.effects]
-    candidates = [each for each in leg_candidates(problem.signals[FITTED]) if each.name not in there]
+    candidates = [each for each in leg_candidates(before.problem.signals[FITTED]) if each.name not in there]
     tried = [before.given(each) for each in candidates]
     if FLEXIBLE not in there:
         tried.append(before.given(_flexible(before)))
@@ -96,7 +92,7 @@ def _judged(problem: WrenchProblem, before: Closed) -> Ranking:
 
 
 def _judgement(before: Closed, after: Closed, candidates: int) -> rule.Judgement:
-    effect, (was, now) = after.effects[-1], ((each.squares[JUDGED]) for each in (before, after))
+    effect, (was, now) = after.effects[-1], (each.squares[JUDGED] for each in (before, after))
     fall = rule.bic_fall(before.squares[FITTED], after.squares[FITTED], len(effect.units), before.samples(FITTED))
     passes = rule.passes(was, now, fall, 1.0, candidates)
     explained = rule.explained(was, now, before.samples(JUDGED))

@@ -9,6 +9,7 @@ from ...base.table import Table
 from ...base.units import Spec
 from ..number import Number, number_entry, read_number
 
+TURNING = 2e-3  # rad/s: over which dry friction of a joint changes its sign
 FRICTION, PLAY, FLEXIBLE = "joint.friction", "joint.play", "payload.flexible"
 JOINT_EFFECTS: Mapping[str, Mapping[str, Spec]] = {
     FRICTION: {"moment": Spec("N m", 0.0, 1e6, "Coulomb friction of each of the leg's two joints")},
@@ -76,7 +77,11 @@ def platform_effect(name: str, leg: int = 0, **values: float) -> PlatformEffect:
     )
 
 
-def effect_entry(effect: PlatformEffect) -> dict[str, Any]:
-    """As a table of a platform's file."""
+def _entry(effect: PlatformEffect) -> dict[str, Any]:
     head = {"name": effect.name} | ({"leg": effect.leg} if effect.leg else {})
     return head | {key: number_entry(number) for key, number in effect.numbers.items()}
+
+
+def effect_tables(effects: Sequence[PlatformEffect]) -> dict[str, Any]:
+    """As the tables [[effects]] of a platform's file; nothing where there are none."""
+    return {"effects": [_entry(effect) for effect in effects]} if effects else {}

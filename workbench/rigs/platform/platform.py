@@ -12,7 +12,7 @@ from ...base.errors import InputError, nearest
 from ...base.units import Spec
 from ..number import Number, number_entry
 from ..rig import Rig
-from .effects import PlatformEffect, effect_entry
+from .effects import PlatformEffect, effect_tables
 from .kinematics import Geometry, forward
 
 LEGS = 6
@@ -156,11 +156,10 @@ class Platform:
             for leg in self.legs
         ]
         numbers = {name: number_entry(number) for name, number in self.numbers.items()}
-        effects = {"effects": [effect_entry(effect) for effect in self.effects]} if self.effects else {}
         return {
             "name": self.name,
             "title": self.title,
             "source": self.source,
             "numbers": numbers,
             "legs": legs,
-        } | effects
+        } | effect_tables(self.effects)

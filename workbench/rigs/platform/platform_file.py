@@ -21,7 +21,7 @@ from ..number import Number, number_entry, read_number
 from ..rig import Rig
 from ..rig_file import load_rig
 from ..shipped import bundled_platforms
-from .effects import effect_entry, read_platform_effects
+from .effects import effect_tables, read_platform_effects
 from .platform import JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
 
 TABLES = ("payload", "place", "joints", "legs", "leg", "effects")
@@ -109,9 +109,8 @@ def platform_text(platform: Platform, rigs: Sequence[str]) -> str:
     parts = {"payload": PAYLOAD, "place": PLACE, "joints": JOINTS}
     tables = {part: {key: number_entry(platform.numbers[key]) for key in specs} for part, specs in parts.items()}
     legs = [_leg_table(leg, rig) for leg, rig in zip(platform.legs, rigs, strict=True)]
-    effects = {"effects": [effect_entry(effect) for effect in platform.effects]} if platform.effects else {}
     head = {"name": platform.name, "title": platform.title, "source": platform.source}
-    return toml_text({**head, **tables, "legs": {"rig": rigs[0]}, "leg": legs, **effects})
+    return toml_text({**head, **tables, "legs": {"rig": rigs[0]}, "leg": legs, **effect_tables(platform.effects)})
 
 
 def _leg_table(leg: Leg, rig: str) -> dict[str, Any]:
