@@ -76,7 +76,7 @@ def page_of(setting: Setting, candidates: Mapping[str, Candidate], metrics: Mapp
     """The page, and its telling figure: the cosines, what is to be played where no effects look alike, or what was
     recorded where nothing needs recording. `candidates` by the names that the pairs have."""
     pairs, planned = metrics["pairs"], [_records_table(setting, metrics), setting.play, setting.planned]
-    sections = [*setting.first, Section("What to record next", planned if metrics["records"] else [])]
+    sections = [*setting.first, *([Section("What to record next", planned)] if metrics["records"] else [])]
     if pairs:
         strengths = _strengths_table({name: each for name, each in candidates.items() if name in _names(pairs)})
         tables = [_pairs_table(setting, metrics), setting.how + HOW, _every_table(setting, metrics, "pairs"), strengths]
