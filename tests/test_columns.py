@@ -9,31 +9,42 @@ from workbench.identify.columns.roles import motion, roles
 from workbench.identify.columns.summary import summary
 from workbench.identify.columns.vocabulary import strengths
 from workbench.records import Record
+from workbench.records.foreign.unit_names import heading_of, name_of
 
 NAMES = {
     "t": "Zeit, time, Temps, t, Zeitstempel, tout",
-    "command": "Ventil Soll, u_valve, Commande vanne, Stellgröße, spool_cmd, command, Ansteuerung, Ventil_V, valve",
-    "reference": "Weg Soll, x_soll, Position consigne, reference",
-    "spool": "Schieberweg, xv, spool position, Valve Position, Tiroir, Spool LVDT",
-    "pa": "p_A, pA, Druck A, Pression A, pressure_a, Kammerdruck A, Druck Kolbenseite, p_cap, data.p_A",
+    "command": "Ventil Soll, u_valve, Commande vanne, Stellgröße, spool_cmd, command, Ansteuerung, Ventil_V, valve, "
+    "Ventil_Soll_V, Valve set value, valve_setpoint_V, Valve volts, consigne de la vanne, tension vanne, "
+    "consigna_valvula_V, mando servoválvula, Valve position setpoint",
+    "reference": "consigna posición, Weg Soll, x_soll, Position consigne, reference",
+    "spool": "Schieberweg, xv, spool position, Valve Position, Tiroir, Spool LVDT, x_V, Posición válvula",
+    "pa": "presion_camara_A_bar, Druck Kammer A, "
+    "p_A, pA, Druck A, Pression A, pressure_a, Kammerdruck A, Druck Kolbenseite, p_cap, data.p_A",
     "pb": "p_B, Druck_B, Pression B, p_rod, Druck Stangenseite",
     "load_pressure": "Lastdruck, load pressure, delta_p, Differenzdruck",
-    "supply": "Ps, p_0, Versorgungsdruck, pump pressure, Pression alimentation",
-    "position": "Weg, x, Position, Kolbenweg, Déplacement, X_pos, Cylinder position, Weg ist",
+    "supply": "Presión de alimentación, Ps, p_0, Versorgungsdruck, pump pressure, Pression alimentation",
+    "position": "Desplazamiento del pistón, carrera, "
+    "Weg, x, Position, Kolbenweg, Déplacement, X_pos, Cylinder position, Weg ist",
     "velocity": "x1_dot, xdot, Geschwindigkeit, Vitesse, v",
     "acceleration": "Beschl., x1_ddot, Accel, Accélération, Beschleunigung",
-    "force": "Kraft, F_ist, Effort, Load cell, F, ai0 Kraft",
-    "current": "Ventilstrom, current, Courant, i_valve",
+    "force": "fuerza_kN, celda de carga, Kraft_N, Kraft, F_ist, Effort, Load cell, F, ai0 Kraft",
+    "current": "corriente válvula, Ventilstrom, current, Courant, i_valve",
 }
 
 
 @pytest.mark.parametrize(("signal", "name"), [(s, n) for s, names in NAMES.items() for n in names.split(", ")])
-def test_names_of_three_languages(signal, name):
-    assert list(strengths(name)) == [signal]
+def test_names_of_four_languages(signal, name):
+    assert list(strengths(name_of(name))) == [signal]
+
+
+@pytest.mark.parametrize("cell", ["Ventil_Soll_V", "consigna_valvula_V", "Valve volts", "valve command (volt)"])
+def test_volts_of_a_valve_are_a_command(rig, cell):
+    guess = guess_columns([of(cell, heading_of(cell).unit, -4, 5)], rig)[0]
+    assert (guess.signal, guess.mapping.scale) == ("command", 0.1)
 
 
 @pytest.mark.parametrize(
-    "name", ["Tankdruck", "p_T", "Öltemperatur", "Kraft Soll", "Index", "Signal 1", "direction", ""]
+    "name", ["Tankdruck", "p_T", "Öltemperatur", "Kraft Soll", "consigna fuerza", "Index", "Signal 1", "direction", ""]
 )
 def test_names_that_mean_no_signal(name):
     assert not strengths(name)

@@ -12,9 +12,12 @@ from workbench.commands.force_test.bench import SIZES, CellErrors, ForceBench
 from workbench.commands.force_test.options import with_grips
 from workbench.identify.acceptance.force_test import Reference, force_sheet
 from workbench.linear import equilibrium
+from workbench.loop.guard_numbers import guard_shape
 from workbench.plant import build
 from workbench.records import Record
-from workbench.rigs.rig_file import load_rig
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, save_rig
 
 KS, MG, SPAN, HYSTERESIS, ZERO = 1e7, 20.0, 0.004, 200.0, 150.0
 
@@ -45,6 +48,41 @@ def test_grips_add_their_inertia_to_what_the_cell_reads(rig):
     outputs = dict(zip(plant.outputs, plant.observe(x, rest.u)[0], strict=True))
     assert outputs["acceleration"] == pytest.approx(1e5 * rig["Aj"] / rig["M"])
     assert outputs["force"] - outputs["reference_force"] == pytest.approx(MG * outputs["acceleration"])
+
+
+def test_a_cell_on_the_rod_reads_what_moves_and_lifts_the_mass_behind_it_and_loads_the_specimen(rig):
+    """F = (M - Mr) a + specimen + weight, and the friction of the piston is none of it."""
+    weight, before, x, v = 2e3, 30.0, 4e-3, 0.2
+    rod = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", before, "kg", "kg", "")})
+    weighed = EffectUse("load.bias", "weight", {"F": Number("F", weight, "N", "N", "")})
+    rubbed = EffectUse("jack.friction", "coulomb", {})
+    plant = build(replace(rod.with_values(cs=3e3), effects=(weighed, rubbed)))
+    rest = equilibrium(plant, p=plant.without_dry_friction())
+    state = rest.x.copy()
+    state[plant.state("P1")] += 5e6
+    state[[plant.state("x"), plant.state("v")]] = x, v
+    outputs = dict(zip(plant.outputs, plant.observe(state, rest.u)[0], strict=True))
+    specimen = KS * x + 3e3 * v
+    moved = (rig["M"] - before) * outputs["acceleration"]
+    assert outputs["reference_force"] == pytest.approx(specimen)
+    assert outputs["force"] == pytest.approx(moved + specimen + weight)
+
+
+def test_a_rig_file_says_that_its_cell_is_on_the_rod(rig, tmp_path):
+    rod = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", 30.0, "kg", "kg", "drawing")})
+    save_rig(rod, tmp_path / "rod.toml")
+    assert load_rig(tmp_path / "rod.toml").numbers == rod.numbers
+    save_rig(rod.with_values(Mr=2e3), tmp_path / "heavy.toml")
+    with pytest.raises(InputError, match=r"Mr.*2000 kg is part of M, 1000 kg"):
+        load_rig(tmp_path / "heavy.toml")
+
+
+def test_a_guard_takes_a_cell_on_the_rod_for_its_limit_and_for_no_push(rig):
+    """What it reads moves the mass already, so the pressures less that would say that nothing does."""
+    rod = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", 30.0, "kg", "kg", "")})
+    shapes = [guard_shape(each, ("position", "pa", "pb", "force"), ("position",)) for each in (rig, rod)]
+    assert [shape.balances for shape in shapes] == [True, False]
+    assert all("force" in shape.read for shape in shapes)
 
 
 def test_without_grips_a_plant_has_no_reference_force(rig):

@@ -169,6 +169,27 @@ def test_a_rig_file_comes_along(tmp_path):
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
 
 
+def test_a_rig_file_comes_along_whatever_it_is_called(tmp_path, monkeypatch):
+    """A rig.toml of the folder one works in has the name that the campaign's own copy has."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["show", "jack-10t", "--out", "rig.toml"]) == 0
+    assert main(["import", german(tmp_path / "steps.csv", "steps"), "--rig", "rig.toml", "--out", "lab"]) == 0
+    assert main(["residual", "lab", "--out", "residual"]) == 0
+
+
+def test_a_force_that_the_rig_cannot_have_is_left_out_with_the_reason(tmp_path):
+    table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "pb": "bar", "position": "mm",
+                              "acceleration": "m/s^2"})  # fmt: skip
+    header = ["t [s],command [1],pa [bar],pb [bar],position [mm],force [kN]"]
+    (tmp_path / "a.csv").write_text(text(header, list(table.values())))
+    metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
+    assert metrics["ready"]
+    assert "force" not in metrics["signals"]
+    (left,) = [each for each in metrics["columns"] if each["column"].startswith("force")]
+    assert "jack-10t has nothing that a load cell feels" in left["reason"]
+    assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
+
+
 @pytest.mark.parametrize("content", ["", "no table\n", "t;u\n0;1\n1;2\n2;3\n3;oops\n"])
 def test_bad_input_leaves_nothing(tmp_path, capsys, content):
     good, bad = german(tmp_path / "steps.csv", "steps"), tmp_path / "bad.csv"

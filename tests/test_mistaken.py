@@ -11,7 +11,10 @@ from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
 from workbench.identify.fit import mistaken
 from workbench.identify.fit.mistaken import check_columns
+from workbench.identify.fit.unfelt import unfelt_force
+from workbench.identify.trace import estimation_problem
 from workbench.records import load_campaign
+from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig
 
 BUNDLED = Path(__file__).parents[1] / "workbench" / "rigs" / "jack-10t.toml"
@@ -53,6 +56,32 @@ def test_a_column_that_is_mistaken_is_named(sample, rig, change, words):
     wrong = changed(sample, change)
     with pytest.raises(InputError, match=words):
         check_columns(wrong, rig, scored_floor(wrong, rig))
+
+
+def with_force(campaign, of):
+    """The campaign with a noisy force column [N] in every record."""
+
+    def each(record):
+        force = of(record.signals) + 20.0 * np.random.default_rng(len(record.t)).standard_normal(record.t.size)
+        valid = {**record.valid, "force": np.ones(record.t.size, bool)}
+        return replace(record, signals={**record.signals, "force": force}, valid=valid)
+
+    roles = {role: tuple(map(each, getattr(campaign, role))) for role in ("static", "train", "select", "heldout")}
+    return replace(campaign, **roles)
+
+
+def test_a_force_that_nothing_on_the_rig_makes_is_refused_with_what_may_make_it(sample, rig):
+    """Without a specimen the model's force is 0 whatever is fitted; a cell on the rod feels what moves the mass."""
+    pushed = with_force(sample, lambda s: rig["M"] * s["acceleration"])
+    refused = r'force goes over .* kN, and jack-10t has nothing that a load cell feels.*kind = "rod-cell".*unused'
+    with pytest.raises(InputError, match=refused):
+        estimation_problem(pushed, rig)
+    for silent in (with_force(sample, lambda s: 0 * s["position"]), with_force(sample, lambda s: 1e5 * s["position"])):
+        check_columns(silent, rig, scored_floor(silent, rig))  # noise; a spring that a trace may name
+    rod = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", 0.0, "kg", "kg", "")})
+    for able in (rod, rig.with_values(ks=1e5)):
+        assert unfelt_force(pushed, able, scored_floor(pushed, able)) is None
+    check_columns(pushed, rod, scored_floor(pushed, rod))
 
 
 @pytest.mark.parametrize(("turned", "wrong"), [({"position": 0.95}, True), ({"position": 0.7}, False), ({}, False)])

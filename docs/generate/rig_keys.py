@@ -102,7 +102,8 @@ def _rig_file() -> str:
         f"{_or_code(schema.OPTIONAL)} may be left out; every other number of these tables must be there.",
         "## `[sensors.NAME]`",
         "Each sensor has `noise`, the standard deviation of white noise, and `resolution`, its quantum, both in a unit "
-        "of its signal and not negative. The names are those of the signals:",
+        "of its signal and not negative. Where the load cell is, `kind` of `[load]` says. The names are those of the "
+        "signals:",
         signals(),
     )
 

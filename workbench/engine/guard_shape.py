@@ -45,12 +45,13 @@ def length(of: Mapping[str, slice]) -> int:
 
 @dataclass(frozen=True)
 class GuardShape:
-    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, and whether it is a
-    `leg` of a platform, which others push, too."""
+    """What decides the graph: the signals `read`, whether the rig is a `jack` that is known, whether it is a `leg` of a
+    platform, which others push, too, and whether a `cell` measures what pushes at the moving mass from behind."""
 
     read: tuple[str, ...]
     jack: bool
     leg: bool = False
+    cell: bool = True
 
     @property
     def observes(self) -> bool:
@@ -60,7 +61,7 @@ class GuardShape:
     @property
     def balances(self) -> bool:
         """Whether pressures and load cell say how the mass is accelerated."""
-        return self.observes and "force" in self.read
+        return self.observes and self.cell and "force" in self.read
 
     @property
     def state(self) -> dict[str, slice]:

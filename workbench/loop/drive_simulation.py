@@ -106,11 +106,11 @@ def logged_run(drive: DriveSimulation, run: LoopRun, seed: int) -> dict[str, np.
     """What the rig's sensors log of a run that the loop measured with the same seed, [n] SI by signal.
 
     Row k is y = h(x(t_k), u_k), after writing u_k, and its noise is the one that the controller met at t_k: a loop logs
-    the sample that it acts on. A load cell without a specimen says nothing and is left out.
+    the sample that it acts on. A load cell that nothing acts on is left out.
     """
     rig = drive.rig
     readings = logged(run.record.signals, rig, drive.engine.plant.outputs, seed)
-    idle = ("force",) if rig["ks"] == 0 and rig["cs"] == 0 else ()
+    idle = ("force",) if rig.cell_is_idle else ()
     given = {name: run.record.signals[name] for name in ("reference", "command")}
     return given | {name: values for name, values in readings.items() if name not in idle}
 

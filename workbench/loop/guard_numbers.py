@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
+from ..rigs.load import ROD_CELL
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
 from .capability import dead_zone, oil_stiffness, stall_force
@@ -43,7 +44,7 @@ def guard_shape(
 ) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
     read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
-    return GuardShape(read, rig.is_throttled, carried is not None)
+    return GuardShape(read, rig.is_throttled, carried is not None, carried is not None or rig.load != ROD_CELL)
 
 
 def guard_numbers(
@@ -110,7 +111,8 @@ def left_to_brake(rig: Rig, carried: Carried) -> float:
 def _moved_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
     """Of the mass between pressures and load cell: a jack's own, or a leg's rod."""
     if carried is None:
-        return {"mass": rig["M"], "weight": 0.0, "drag": 0.0, "friction": rig["b"], "specimen": rig["ks"]}
+        stiffness = 0.0 if rig.load == ROD_CELL else rig["ks"]  # that all of a cell's reading is the force of
+        return {"mass": rig["M"], "weight": 0.0, "drag": 0.0, "friction": rig["b"], "specimen": stiffness}
     return {"mass": carried.cell, "weight": carried.weight, "drag": rig["b"], "friction": 0.0, "specimen": 0.0}
 
 

@@ -44,12 +44,16 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     force = specimen_force(b, x, v)
     if "AL" in b:
         force += loader_force(b, valve, x, v)
-    acceleration = _acceleration(b, jacks.rod_force(b, cylinder, travel, speed), force, x, v)
+    rod = jacks.rod_force(b, cylinder, travel, speed)
+    acceleration = _acceleration(b, rod, force, x, v)
     b.rate("x", v)
     b.rate("v", acceleration)
     _outputs(b, valve, cylinder, supply)
     b.output(
-        position=travel + b["xmid"], velocity=speed, acceleration=acceleration, **cell_forces(b, force, acceleration)
+        position=travel + b["xmid"],
+        velocity=speed,
+        acceleration=acceleration,
+        **cell_forces(b, rod, force, acceleration),
     )
     return b.finish()
 

@@ -14,8 +14,11 @@ def specimen_force(b: Assembly, x: ca.SX, v: ca.SX) -> ca.SX:
     return b.slot("load", plain, position=x, velocity=v)
 
 
-def cell_forces(b: Assembly, force: ca.SX, acceleration: ca.SX) -> dict[str, ca.SX]:
-    """What a load cell reads of a force [N] at the specimen: with it, what moves the mass between the two."""
-    if "Mg" not in b:
-        return {"force": force}
-    return {"force": force + b["Mg"] * acceleration, "reference_force": force}
+def cell_forces(b: Assembly, rod: ca.SX, force: ca.SX, acceleration: ca.SX) -> dict[str, ca.SX]:
+    """What a load cell reads of a force [N] at the specimen: with it, what moves the mass between the two; on the rod
+    the `rod` force [N] less what moves the mass before it, and so all that moves, lifts and loads the rest."""
+    if "Mr" in b:
+        return {"force": rod - b["Mr"] * acceleration, "reference_force": force}
+    if "Mg" in b:
+        return {"force": force + b["Mg"] * acceleration, "reference_force": force}
+    return {"force": force}

@@ -10,7 +10,7 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS, JackKind
-from .load import LOADS, SPECIMEN
+from .load import LOADS, ROD_CELL, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
 from .sensor import Sensor
@@ -133,6 +133,12 @@ class Rig(Mapping[str, float]):
     def specimen_stiffness(self) -> float:
         """Stiffness [N/m] of the specimen, 0 without one."""
         return self["ks"]
+
+    @property
+    def cell_is_idle(self) -> bool:
+        """Whether a load cell feels nothing that the rig file declares, whatever the numbers are in their bounds."""
+        loading = [self.numbers[name] for name in ("ks", "cs", *LOADS[self.load])]
+        return self.load != ROD_CELL and not any(number.value or number.high for number in loading)
 
     @property
     def nyquist(self) -> float:

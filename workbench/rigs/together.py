@@ -20,6 +20,9 @@ def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[
         low, high = (f"{from_si(n.value, n.unit, n.si):.6g} {n.unit}" for n in (supply, tank))
         problem = f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
         raise top.table("supply").complaint("Ps", problem)
+    mass, part = numbers["M"], next((numbers[name] for name in ("Mg", "Mr") if name in numbers), None)
+    if part is not None and part.value > mass.value:
+        raise top.table("load").complaint(part.name, f"{part.value:g} kg is part of M, {mass.value:g} kg; give less")
     stroke, travel = limits["stroke"], numbers["S"]
     longest = travel.value if travel.high is None else travel.high  # an uncertain stroke may be that long
     if stroke.value > longest / 2 * (1 + 1e-9):

@@ -28,8 +28,7 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
     parts = converted(files, run.dir, progress)
     progress("columns")
     guesses = guess_columns(summaries(parts, run.dir), rig)
-    named = declared if declared in bundled() else OWN
-    extra = {} if named == declared else {OWN: rig_text(rig)}
+    named, extra = (declared, {}) if declared in bundled() else (OWN, {OWN: rig_text(rig)})
     for name, text in extra.items():
         (run.dir / name).write_text(text, encoding="utf-8")
     period = next((part.period for part in parts if part.period is not None), None)

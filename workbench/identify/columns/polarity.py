@@ -37,11 +37,9 @@ def held_against(campaign: Campaign, rig: Rig) -> Verdict:
 def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[ColumnGuess]:
     """The guesses with a mistake undone: signs turned, two pressures exchanged, the rest left out.
 
-    No pressure has another sign, and no factor explains itself.
+    No pressure has another sign, no factor explains itself, and no rig has a force that nothing makes.
     """
-    before, after = mistake.chi2
-    why = f"{mistake.words}: chi2 of {rig.name} as declared falls from {before:.3g} to {after:.3g} without that"
-
+    why = mistake.told(rig.name)
     turns_position = mistake.kind in ("turned", "swapped") and "position" in mistake.signals
 
     def undone(guess: ColumnGuess) -> ColumnGuess:
@@ -50,7 +48,7 @@ def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[C
         if mistake.kind == "swapped" and guess.signal in ("pa", "pb"):
             other = "pb" if guess.signal == "pa" else "pa"
             return replace(guess, signal=other, confidence=LIKELY, reason=f"{guess.reason}; {why}")
-        if mistake.kind != "scaled" and guess.signal not in PRESSURES:
+        if mistake.kind in ("turned", "swapped") and guess.signal not in PRESSURES:
             return guess.turned(rig.middle if guess.signal in ("position", "reference") else 0.0, why)
         return guess.left_out(why)
 

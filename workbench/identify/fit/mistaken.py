@@ -4,7 +4,8 @@ Nothing is fitted here. A few windows in which the command moves most are predic
 that moves against its prediction is the wrong way round, one that moves with it but many times as far has another
 unit; two pressures that do so have changed places; where every
 signal does, it is the command: turned, it has to make those that it drives follow better than before, which a pump that
-stands still then does not, however much nearer to a jack at rest that is.
+stands still then does not, however much nearer to a jack at rest that is. A force that nothing on the rig makes is
+one that it cannot have.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +21,7 @@ from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor
 from .initial_states import predicted_states
 from .model import Model
+from .unfelt import unfelt_force
 from .windows import WINDOW, Windows, cut_windows
 
 _ROWS, _SLOW = 10, 20.0  # of a window at least; times the control period: no recording of a loop is that coarse
@@ -44,7 +46,8 @@ _FALLS = 2.0  # times: the fall of chi2 that undoing it has to bring
 class Mistake:
     """What may have happened, in words; how to undo it in the signals of a record; what to write to mend it.
 
-    kind: "turned", "swapped" or "scaled", of `signals`; chi2 of the rig as declared, before and after it is undone.
+    kind: "turned", "swapped", "scaled" or "foreign", what the rig cannot have, of `signals`; chi2 of the rig as
+    declared, before and after it is undone, where that tells.
     """
 
     kind: str
@@ -52,22 +55,26 @@ class Mistake:
     words: str
     undone: Callable[[Mapping[str, np.ndarray]], Mapping[str, np.ndarray]]
     remedy: str
-    chi2: tuple[float, float] = (0.0, 0.0)
+    chi2: tuple[float, float] | None = None
+
+    def told(self, rig: str) -> str:
+        """What may have happened to the records of a rig, and what says so."""
+        if self.chi2 is None:
+            return self.words
+        before, after = self.chi2
+        return f"{self.words}: chi2 of {rig} as declared falls from {before:.3g} to {after:.3g} without that"
 
 
 def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
     """Raises InputError for columns that are not what they are called, naming what they seem to be."""
     mistake = mistaken(campaign, rig, floor)
     if mistake is not None:
-        plain, undone = mistake.chi2
-        raise InputError(
-            f"{campaign.path}: {mistake.words}: chi2 of {rig.name} as declared falls from {plain:.3g} to {undone:.3g} "
-            f"without that; {mistake.remedy}"
-        )
+        raise InputError(f"{campaign.path}: {mistake.told(rig.name)}; {mistake.remedy}")
 
 
 def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
-    """The sign, exchange or factor without which the rig as declared predicts its records far better; None without one.
+    """The sign, exchange or factor without which the rig as declared predicts its records far better, or a force that
+    it cannot have; None without one.
 
     Raises InputError for a clock, a command, a pressure or a position that is in no range of the rig's.
     """
@@ -76,6 +83,9 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
         _check_command(campaign, record)
         _check_pressures(campaign, record, rig)
         _check_position(campaign, record, rig)
+    if unfelt := unfelt_force(campaign, rig, floor):
+        words, remedy = unfelt
+        return Mistake("foreign", ("force",), words, lambda _: {}, remedy)
     records = [
         record for record in (*campaign.train, *campaign.heldout) if np.ptp(record.signals.get("command", [0.0])) > 0
     ]

@@ -3,13 +3,15 @@
 Such a candidate has no law. It shifts a number of the rig beyond the range that the rig file trusts it to.
 """
 
+from ...rigs.load import LOADS
 from ...rigs.rig import Rig
+from ...rigs.schema import LOAD
 from .effect import Effect, EffectNumber
 
 _PREFIX = "number."
 _SHIFT = "by"
 _FARTHEST = 10.0  # times the described value
-_LOAD = ("M", "b", "ks", "cs", "AL")  # of the equation of motion; all others are of flows
+_LOAD = {*LOAD, *(name for own in LOADS.values() for name in own)}  # of the equation of motion; others are of flows
 
 
 def number_effects(rig: Rig) -> tuple[Effect, ...]:

@@ -19,8 +19,9 @@ GAUGE = {"barg": "bar", "bar(g)": "bar", "bar g": "bar", "bar rel": "bar", "psig
 """Units of pressure above the atmosphere's."""
 _CELL = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\)|\{(?P<curly>[^{}]*)\})\s*")
 _SLASH = re.compile(r"(?P<name>.*?\S)\s*(?:/| in )\s*(?P<unit>\S+)")
+_LETTER = re.compile(r"(?P<name>.*[^\W\d_]{3})[_ ](?P<unit>[VN])")  # behind a word: "x_V" is a valve's, "f N" a name
 _TAIL = re.compile(
-    r"(?P<name>.+)[_ ](?P<unit>bar|mbar|mpa|kpa|psi|mm|cm|um|kn|ma|ms|us|sec|volt|mm/s|m/s|m/s2|m/s\^2)", re.I
+    r"(?P<name>.+)[_ ](?P<unit>bar|mbar|mpa|kpa|psi|mm|cm|um|kn|ma|ms|us|sec|volts?|mm/s|m/s|m/s2|m/s\^2)", re.I
 )
 
 
@@ -31,7 +32,7 @@ def heading_of(cell: str) -> Heading:
         inside = next(part for part in (match["square"], match["round"], match["curly"]) if part is not None)
         if is_unit(inside) or match["square"] is not None:
             return Heading(cell, plain_unit(inside))
-    for pattern in (_SLASH, _TAIL):
+    for pattern in (_SLASH, _TAIL, _LETTER):
         if (match := pattern.fullmatch(cell)) and is_unit(match["unit"]):
             return Heading(cell, plain_unit(match["unit"]))
     return Heading(cell)
@@ -48,7 +49,7 @@ def name_of(cell: str) -> str:
     cell = cell.strip()
     if heading_of(cell).unit is None:
         return cell
-    for pattern in (_CELL, _SLASH, _TAIL):
+    for pattern in (_CELL, _SLASH, _TAIL, _LETTER):
         if (match := pattern.fullmatch(cell)) and match["name"]:
             return match["name"].strip()
     return cell
@@ -60,7 +61,7 @@ def plain_unit(text: str) -> str:
     low = text.lower()
     if low in GAUGE or text in ("Pa", "mPa"):
         return text
-    text = _SPELLED.get(low, text) if not _known(text) or low in ("g", "-", "") else text
+    text = _SPELLED.get(low, text) if not _known(text) or low in ("g", "-", "", "volt", "volts") else text
     return text.replace("²", "^2").replace("³", "^3").replace("·", "*").replace("°C", "degC").replace("°", "deg")
 
 
