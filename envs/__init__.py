@@ -7,6 +7,7 @@ registration     the names: JackPosition-v0, JackForce-v0, JackBench-v0, Hexapod
 hexapod          Hexapod-v0: a platform on six jacks, brought into a pose; hexapod_core, its episodes in N lanes
 bench            JackBench-v0, in a folder of its own: what a policy adds to a tuned law, rewarded as a bench judges it
 single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
+one_lane         what the single ones share: episode, checks, pictures
 stable_baselines the vector environments as Stable-Baselines3 takes them
 spaces           action and observation space; reset options, of which there are none
 stepped          what a step gives, and what shells ask of a core

@@ -80,11 +80,15 @@ class Core:
         """Why the lanes of a mask [N] or numbers were terminated, in words."""
         return [Trip(code).reason for code in self.trip[lanes]]
 
-    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
-        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+    def reset(self, random: Sequence[np.random.Generator], lanes: np.ndarray | None = None) -> Stepped:
+        """`restart`; what is random, in the episodes to come too, is drawn from `random` [N]."""
         self._random = random
-        self._waiting[:] = True
-        self._begin(np.arange(len(self.x)))
+        return self.restart(lanes)
+
+    def restart(self, lanes: np.ndarray | None = None) -> Stepped:
+        """Begin an episode in the lanes of a mask [N], or of None in all; the others stay where they are."""
+        self._waiting = np.ones(len(self.x), bool) if lanes is None else lanes.copy()
+        self._begin(np.flatnonzero(self._waiting))
         self._measure()
         return self._stepped(*self._settle(np.zeros(len(self.x))))
 
@@ -101,12 +105,6 @@ class Core:
         if self._guard.any_tripped or self._some_wait or self._left <= 0:
             return self._stepped(*self._settle(reward))
         return self._stepped(reward, self._waiting.copy(), self._waiting.copy())
-
-    def restart(self) -> Stepped:
-        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
-        self._begin(np.flatnonzero(self._waiting))
-        self._measure()
-        return self._stepped(*self._settle(np.zeros(len(self.x))))
 
     def _begin(self, rows: np.ndarray) -> None:
         """New episodes in these lanes, up to their first measurement."""

@@ -9,7 +9,8 @@ from gymnasium.vector import AutoresetMode
 from workbench.rigs.platform import LEGS, load_platform
 
 from .hexapod_core import BOUND, CHANNELS, HexapodCore
-from .single import OneLane
+from .one_lane import OneLane
+from .spaces import refuse_render_mode
 from .vector import Lanes, autoreset, checked_lanes
 
 
@@ -58,7 +59,9 @@ class Hexapod(OneLane[HexapodCore]):
     v0: the first.
     """
 
-    def __init__(self, platform: str | Path = "hexapod", ideal: bool = True) -> None:
+    def __init__(self, platform: str | Path = "hexapod", ideal: bool = True, render_mode: str | None = None) -> None:
+        """Raises InputError for a `render_mode`: no picture is drawn of it."""
+        refuse_render_mode(render_mode)
         self._wrap(HexapodCore(load_platform(platform), 1, ideal), _observation(), _action())
 
 
@@ -74,8 +77,10 @@ class HexapodVector(Lanes[HexapodCore]):
         platform: str | Path = "hexapod",
         ideal: bool = True,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
     ) -> None:
         """As Hexapod. Raises InputError as that does, and for another mode."""
+        refuse_render_mode(render_mode)
         mode, lanes = autoreset(autoreset_mode), checked_lanes(num_envs)
         self._wrap(HexapodCore(load_platform(platform), lanes, ideal), lanes, _observation(), _action(), mode)
 

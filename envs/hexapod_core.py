@@ -59,15 +59,14 @@ class HexapodCore:
         self._trips, self._failed = np.zeros((lanes, LEGS)), np.zeros(lanes, bool)
         self._random: Sequence[np.random.Generator] = ()
 
-    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
-        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+    def reset(self, random: Sequence[np.random.Generator], lanes: np.ndarray | None = None) -> Stepped:
+        """`restart`; what is random, in the episodes to come too, is drawn from `random` [N]."""
         self._random = random
-        self._waiting[:] = True
-        return self.restart()
+        return self.restart(lanes)
 
-    def restart(self) -> Stepped:
-        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
-        self._begin(np.flatnonzero(self._waiting))
+    def restart(self, lanes: np.ndarray | None = None) -> Stepped:
+        """Begin an episode in the lanes of a mask [N], or of None in all; the others stay where they are."""
+        self._begin(np.arange(len(self._x)) if lanes is None else np.flatnonzero(lanes))
         return self._stepped(np.zeros(len(self._x)))
 
     def step(self, actions: np.ndarray) -> Stepped:

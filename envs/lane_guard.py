@@ -70,6 +70,10 @@ class LaneGuard:
         self.trip = np.zeros(lanes, dtype=np.int8)
         self.any_tripped = False
 
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__ |= state
+        self.before = self._zero[:, 1]  # a view, which a copy of it is not
+
     def reset(self, rows: np.ndarray, command: float) -> None:
         """Forget the past of some lanes, whose drives hold `command` [1]."""
         self.command = self.command.copy()

@@ -42,6 +42,7 @@ class ObservationEncoder:
     """
 
     def __init__(self, task: Task, plant: Plant, names: tuple[str, ...], lanes: int) -> None:
+        self._made_of = task, plant, names, lanes
         own = signal_channel(task.loop, task.rig)
         demanded = ObservedChannel("reference", own.unit, own.full_scale, own.zero)
         loop = (demanded, ObservedChannel("error", own.unit, task.error_scale), ObservedChannel("command", "1", 1.0))
@@ -61,6 +62,9 @@ class ObservationEncoder:
         self._states, self._signals = values[:, 3 : 3 + len(inside)], values[:, 3 + len(inside) :]
         every = (values, self._states, self._signals, self._gain, self._shift, self._scaled, self._high, self._low)
         self._one = tuple(each[0] for each in every)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return ObservationEncoder, self._made_of  # its arrays are views of each other, filled anew in every step
 
     def encode(self, x: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """A new observation; it takes what it shows of the states [N, n] and the measured signals [N, names] (SI)."""

@@ -22,6 +22,11 @@ class Film:
         self._scale = float(from_si(1.0, self._unit, SIGNALS[signal].si))
         self._past: list[Present] = []
 
+    @property
+    def begun(self) -> bool:
+        """Whether there is an episode to draw."""
+        return bool(self._past)
+
     def begin(self, present: Present) -> None:
         """A new episode."""
         self._past = [present]

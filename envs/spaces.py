@@ -1,10 +1,10 @@
-"""The spaces of one jack, and what its reset accepts."""
+"""The spaces of one jack, and what resets, steps and constructors accept."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 
 from workbench.base.errors import InputError
 
@@ -19,6 +19,23 @@ def action_space() -> Box:
 def observation_space(channels: Sequence[ObservedChannel]) -> Box:
     """The channels over their full scales [1]."""
     return Box(-BOUND, BOUND, (len(channels),), np.float32)
+
+
+def checked_action(action: Any, space: Space[Any]) -> np.ndarray:
+    """As numbers of the space's shape. Raises InputError for another shape, and for what is no numbers."""
+    try:
+        given = np.asarray(action, float)
+    except (TypeError, ValueError):
+        raise InputError(f"step: the action is no array of numbers; its shape must be {space.shape}") from None
+    if given.shape != space.shape:
+        raise InputError(f"step: an action of shape {given.shape}; it must be {space.shape}, as in the action space")
+    return given
+
+
+def refuse_render_mode(render_mode: str | None) -> None:
+    """Raise InputError for the render mode of an environment that draws nothing."""
+    if render_mode is not None:
+        raise InputError(f"render_mode = {render_mode!r}: this environment draws no pictures; leave it out")
 
 
 def refuse_options(options: Mapping[str, Any] | None) -> None:

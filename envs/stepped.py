@@ -39,16 +39,16 @@ class Present(NamedTuple):
 class LaneCore(Protocol):
     """The episodes of N lanes, which share nothing: each is a function of its generator and its actions."""
 
-    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
-        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+    def reset(self, random: Sequence[np.random.Generator], lanes: np.ndarray | None = None) -> Stepped:
+        """`restart`; what is random, in the episodes to come too, is drawn from `random` [N]."""
         ...
 
     def step(self, actions: np.ndarray) -> Stepped:
         """One step with actions [N], or [N, 6]. A lane whose episode was over begins its next one instead."""
         ...
 
-    def restart(self) -> Stepped:
-        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
+    def restart(self, lanes: np.ndarray) -> Stepped:
+        """Begin an episode in the lanes of a mask [N], or of None in all; the others stay where they are."""
         ...
 
     def reasons(self, lanes: np.ndarray) -> list[str]:

@@ -1,6 +1,6 @@
 """Many jacks side by side as a Gymnasium vector environment: a shell over a core of as many lanes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Generic
 
@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from workbench.base.errors import InputError
 
 from .core import Core
-from .spaces import action_space, observation_space, refuse_options
+from .spaces import action_space, checked_action, observation_space, refuse_options, refuse_render_mode
 from .stepped import CoreT, Stepped
 from .task import load_task
 
@@ -36,15 +36,17 @@ class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
         size = int(np.prod(self.single_action_space.shape))
         self._shape = (num_envs, size) if size > 1 else (num_envs,)
         self._random: list[np.random.Generator] = []
+        self._ended = np.zeros(num_envs, bool)  # lanes that wait for their caller's reset
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode in every lane. An int seeds lane i with seed + i, a sequence each lane; None goes on.
 
-        Raises InputError for options, and for a sequence of another length than num_envs.
+        options={"reset_mask": mask}, bool [num_envs], begins one in these lanes only. Raises InputError for a mask that
+        is none, for other options, and for a sequence of another length than num_envs.
         """
-        refuse_options(options)
+        there = self._masked_lanes(options)
         seeds: Sequence[int | None] = [None] * self.num_envs
         if seed is not None:
             seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
@@ -54,23 +56,44 @@ class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
             )
         before = self._random or [None] * self.num_envs
         self._random = [
-            seeding.np_random(new)[0] if old is None or new is not None else old
-            for old, new in zip(before, seeds, strict=True)
+            seeding.np_random(new)[0] if old is None or (mine and new is not None) else old
+            for old, new, mine in zip(before, seeds, there.tolist(), strict=True)
         ]
-        begun = self.core.reset(self._random)
-        return begun.observation, self._infos(begun)
+        begun = self.core.reset(self._random, there)
+        self._ended &= ~there
+        return begun.observation, self._infos(begun, there)
+
+    def _masked_lanes(self, options: Mapping[str, Any] | None) -> np.ndarray:
+        """The lanes that a reset with these options begins anew, bool [num_envs]."""
+        options = dict(options or {})
+        mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, bool)))
+        refuse_options(options)
+        if mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise InputError(f"reset: reset_mask must be {self.num_envs} times True or False, at least once True")
+        if not (self._random or mask.all()):
+            raise InputError("reset: reset_mask leaves out lanes that have no episode yet; reset them all first")
+        return mask
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One step of every lane with actions [num_envs, own]; see Gymnasium. Raises ResetNeeded before a reset."""
+        """One step of every lane with actions [num_envs, own]; see Gymnasium. Raises ResetNeeded before a reset, of all
+        lanes or, where nothing else resets them, of those that ended; InputError for actions of another shape."""
         if not self._random:
             raise ResetNeeded("no episode is going on; call reset() first")
-        stepped = self.core.step(np.asarray(actions, float).reshape(self._shape))
+        if self._ended.any():
+            lane = np.flatnonzero(self._ended)[0]
+            raise ResetNeeded(f'the episode of lane {lane} is over; call reset(options={{"reset_mask": mask}}) first')
+        stepped = self.core.step(checked_action(actions, self.action_space).reshape(self._shape))
         ended = stepped.terminated | stepped.truncated
-        if self.autoreset_mode is AutoresetMode.NEXT_STEP or not np.count_nonzero(ended):
+        if self.autoreset_mode is AutoresetMode.DISABLED:
+            self._ended = ended.copy()
+        if self.autoreset_mode is not AutoresetMode.SAME_STEP or not np.count_nonzero(ended):
             return *stepped[:4], self._infos(stepped)
         final = {**self._final(stepped, ended), **_masked("final_info", self._infos(stepped, ended), ended)}
-        begun = self.core.restart()
+        begun = self.core.restart(ended)
         return begun.observation, *stepped[1:4], {**final, **self._infos(begun)}
+
+    def render(self) -> None:
+        """None: lanes are not drawn."""
 
     def _infos(self, stepped: Stepped, lanes: np.ndarray | None = None) -> dict[str, Any]:
         """Arrays over the lanes, each with its mask, as Gymnasium has them; of all lanes or of those of a mask, 0 in
@@ -101,12 +124,11 @@ def _masked(name: str, values: Any, lanes: np.ndarray) -> dict[str, Any]:
 
 
 def autoreset(mode: str | AutoresetMode) -> AutoresetMode:
-    """Raises InputError for a mode that is unknown or leaves resets to the caller."""
-    modes = [each for each in AutoresetMode if each is not AutoresetMode.DISABLED]
-    for each in modes:
+    """Raises InputError for a mode that is unknown."""
+    for each in AutoresetMode:
         if mode in (each, each.value):
             return each
-    raise InputError(f"autoreset_mode = {mode!r}: must be {' or '.join(repr(each.value) for each in modes)}")
+    raise InputError(f"autoreset_mode = {mode!r}: must be {' or '.join(repr(each.value) for each in AutoresetMode)}")
 
 
 def checked_lanes(num_envs: int) -> int:
@@ -121,7 +143,10 @@ class _Jacks(Lanes[Core]):
 
     loop: ClassVar[str]
 
-    def __init__(self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode) -> None:
+    def __init__(
+        self, num_envs: int, task: str | Path, autoreset_mode: str | AutoresetMode, render_mode: str | None
+    ) -> None:
+        refuse_render_mode(render_mode)
         mode, core = autoreset(autoreset_mode), Core(load_task(task, self.loop), checked_lanes(num_envs))
         self._wrap(core, num_envs, observation_space(core.channels), action_space(), mode)
 
@@ -132,15 +157,20 @@ class JackPositionVector(_Jacks):
     `autoreset_mode` says when a lane whose episode has ended begins its next one. AutoresetMode.NEXT_STEP: in the step
     after, which ignores its action and gives the first observation, reward 0 and no end. AutoresetMode.SAME_STEP: in
     the step that ended it, which gives the first observation; `infos` then has `final_obs` and `final_info`, with their
-    masks. Raises InputError for another mode.
+    masks. AutoresetMode.DISABLED: when you ask for it, by `reset(options={"reset_mask": ended})`; until then a step
+    raises ResetNeeded. Raises InputError for another mode, and for a `render_mode`: lanes are not drawn.
     """
 
     loop = "position"
 
     def __init__(
-        self, num_envs: int = 1, task: str | Path = "position", autoreset_mode: str | AutoresetMode = _NEXT_STEP
+        self,
+        num_envs: int = 1,
+        task: str | Path = "position",
+        autoreset_mode: str | AutoresetMode = _NEXT_STEP,
+        render_mode: str | None = None,
     ) -> None:
-        super().__init__(num_envs, task, autoreset_mode)
+        super().__init__(num_envs, task, autoreset_mode, render_mode)
 
 
 class JackForceVector(_Jacks):
@@ -149,6 +179,10 @@ class JackForceVector(_Jacks):
     loop = "force"
 
     def __init__(
-        self, num_envs: int = 1, task: str | Path = "force", autoreset_mode: str | AutoresetMode = _NEXT_STEP
+        self,
+        num_envs: int = 1,
+        task: str | Path = "force",
+        autoreset_mode: str | AutoresetMode = _NEXT_STEP,
+        render_mode: str | None = None,
     ) -> None:
-        super().__init__(num_envs, task, autoreset_mode)
+        super().__init__(num_envs, task, autoreset_mode, render_mode)

@@ -1,5 +1,7 @@
 """The environments of one jack: Gymnasium's contract, and what a seed decides."""
 
+import copy
+import pickle
 import re
 import subprocess
 import sys
@@ -10,14 +12,20 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from made_tasks import TASKS, make
+from gymnasium.vector import VectorEnv
+from gymnasium.wrappers import RecordVideo
+from made_tasks import TASKS, make, write_task
+from test_bench_env import small
 
 import envs
+from envs.bench.environments import JackBenchVector
 from envs.core import Core
+from envs.hexapod import Hexapod, HexapodVector
 from envs.references import Range
 from envs.registration import IDS
 from envs.single import JackForce, JackPosition
 from envs.task import bundled, load_task
+from envs.vector import JackForceVector, JackPositionVector
 from workbench.base.errors import InputError
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
@@ -48,6 +56,12 @@ PUMP = (5e-3, 4.0, Range(-0.01, 0.01), "pump-rig", 20)
 def test_stable_baselines_checker_is_content(task):
     checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="stable-baselines3 is not installed")
     checker.check_env(make(task))
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_stable_baselines_checker_is_content_with_what_gymnasium_makes(name):
+    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="stable-baselines3 is not installed")
+    checker.check_env(gymnasium.make(name).unwrapped)
 
 
 def test_every_bundled_task_is_tested():
@@ -141,8 +155,8 @@ def test_what_was_returned_is_never_touched_again(position):
     for _ in range(5):
         observation = position.step(np.array([1.0]))[0]
         kept.append((observation, observation.copy()))
-    for observation, copy in kept:
-        np.testing.assert_array_equal(observation, copy)
+    for observation, same in kept:
+        np.testing.assert_array_equal(observation, same)
 
 
 def test_rig_numbers_are_drawn_within_their_bounds_or_left_alone(written):
@@ -187,7 +201,105 @@ def test_pictures_show_the_jack_and_grow_with_the_episode(name):
     assert (later != first).any()
 
 
-def test_no_picture_without_its_mode(position):
+def test_no_picture_without_its_mode_or_before_an_episode(position):
     assert position.render() is None
     with pytest.raises(InputError, match="render_mode = 'human'"):
         JackPosition(render_mode="human")
+    with pytest.raises(gymnasium.error.ResetNeeded, match="no episode to draw"):
+        JackPosition(render_mode="rgb_array").render()
+
+
+@pytest.mark.parametrize("kind", [Hexapod, HexapodVector, JackPositionVector, JackForceVector, JackBenchVector])
+def test_what_draws_nothing_refuses_a_render_mode_in_one_line(kind):
+    with pytest.raises(InputError, match="render_mode = 'rgb_array': this environment draws no pictures; leave it out"):
+        kind(render_mode="rgb_array")
+
+
+def test_gymnasium_records_a_video(tmp_path):
+    pytest.importorskip("moviepy", reason="moviepy is not installed")
+    jack = gymnasium.make("JackPosition-v0", render_mode="rgb_array")
+    env = RecordVideo(jack, str(tmp_path / "videos"), disable_logger=True)
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(np.zeros(1, np.float32))
+    env.close()
+    assert [path.suffix for path in (tmp_path / "videos").iterdir() if path.stat().st_size] == [".mp4"]
+
+
+# copies
+
+COPIED = {
+    "single": lambda folder: JackPosition(write_task(folder, "position-sensors", episode=FEW)),
+    "late": lambda folder: JackPosition(late(folder)),
+    "lanes": lambda folder: JackForceVector(3, write_task(folder, "force-moving-end", episode=FEW)),
+    "platform": lambda folder: Hexapod(ideal=False),
+    "bench": lambda folder: JackBenchVector(3, small(folder), past=2),
+}
+FEW = {"value": 30, "unit": "ms"}
+
+
+def late(folder):
+    """The task on a rig whose commands come 1.7 ms late."""
+    use = EffectUse("drive.delay", "", {"delay": Number("delay", 1.7, "ms", "ms", "", None, None)})
+    save_rig(replace(load_task("position", "position").rig, effects=(use,)), folder / "late.toml")
+    return write_task(folder, "position", rig="late.toml", episode=FEW)
+
+
+def told(env, actions):
+    """Everything that an environment says to actions, as bytes; it begins anew where an episode is over."""
+    said = []
+    for action in actions:
+        *arrays, infos = env.step(action)
+        said += [np.asarray(each).tobytes() for each in arrays] + [repr(infos)]
+        if not isinstance(env, VectorEnv) and (arrays[2] or arrays[3]):
+            said.append(env.reset()[0].tobytes())
+    return said
+
+
+@pytest.mark.parametrize("name", COPIED)
+def test_copies_in_the_middle_of_an_episode_go_on_to_the_bit(tmp_path, name):
+    env = COPIED[name](tmp_path)
+    env.reset(seed=3)
+    random = np.random.default_rng(0)
+    actions = [0.5 * random.uniform(-1, 1, env.action_space.shape).astype("f4") for _ in range(50)]
+    told(env, actions[:11])
+    twin, kept = copy.deepcopy(env), pickle.dumps(env)
+    tried = told(twin, [-action for action in actions[:7]])  # a planner's try leaves the environment where it is
+    back = pickle.loads(kept)
+    assert told(copy.deepcopy(back), [-action for action in actions[:7]]) == tried
+    twin = copy.deepcopy(env)
+    expected = told(env, actions[11:])
+    assert told(back, actions[11:]) == expected
+    assert told(twin, actions[11:]) == expected
+
+
+def test_a_pickled_environment_goes_on_in_another_process(tmp_path):
+    env = COPIED["bench"](tmp_path)
+    env.reset(seed=3)
+    env.step(np.full((3, 1), 0.5, np.float32))
+    (tmp_path / "env").write_bytes(pickle.dumps(env))
+    code = "import pickle, sys; import numpy as np; env = pickle.load(open(sys.argv[1], 'rb'))"
+    code += "; print(env.step(np.full((3, 1), -0.5, np.float32))[0].tobytes().hex())"
+    ran = subprocess.run(
+        [sys.executable, "-c", code, tmp_path / "env"], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert ran.stdout.strip() == env.step(np.full((3, 1), -0.5, np.float32))[0].tobytes().hex()
+
+
+# actions
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_actions_of_another_shape_are_refused_in_one_line(name, tmp_path):
+    given = {"experiment": small(tmp_path)} if name == "JackBench-v0" else {}
+    alone = gymnasium.make(name, disable_env_checker=True, **given)
+    lanes = gymnasium.make_vec(name, 2, vectorization_mode="vector_entry_point", **given)
+    for env in (alone, lanes):
+        env.reset(seed=0)
+        shape = env.action_space.shape
+        for wrong in ((), (shape[-1] + 1,), (*shape, 1), (0,)):
+            with pytest.raises(InputError, match=re.escape(f"an action of shape {wrong}; it must be {shape}")):
+                env.step(np.zeros(wrong))
+        with pytest.raises(InputError, match="no array of numbers"):
+            env.step([[0.0], [0.0, 1.0]])
+        env.step(np.zeros(shape))

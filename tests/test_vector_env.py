@@ -1,5 +1,6 @@
 """The vector environment: lane by lane the single one, bit for bit, with Gymnasium's autoreset."""
 
+import copy
 import tomllib
 from importlib.resources import files
 
@@ -150,6 +151,27 @@ def test_autoreset_takes_the_step_after_the_end(tmp_path):
     assert [vector.step(idle)[3].any() for _ in range(5)] == [False] * 4 + [True]
 
 
+@pytest.mark.parametrize("task", KINDS)
+def test_without_autoreset_lanes_wait_for_their_own_reset_as_gymnasium_has_them(tmp_path, task):
+    path, (one, many) = short(tmp_path, task), KINDS[task]
+    ours = many(3, path, AutoresetMode.DISABLED)
+    theirs = SyncVectorEnv([lambda: one(path)] * 3, autoreset_mode=AutoresetMode.DISABLED)
+    resets = [{"seed": 4}]
+    for actions in actions_of(3, 80):
+        for given in resets:
+            got, wanted = ours.reset(**copy.deepcopy(given)), theirs.reset(**copy.deepcopy(given))
+            np.testing.assert_array_equal(got[0], wanted[0])
+            same_infos(got[1], wanted[1])
+        got, wanted = ours.step(actions), theirs.step(actions)
+        for mine, other in zip(got[:4], wanted[:4], strict=True):
+            np.testing.assert_array_equal(mine, other)
+        ended = got[2] | got[3]
+        resets = [{"options": {"reset_mask": np.arange(3) == lane}} for lane in np.flatnonzero(ended)]
+        if ended.any():
+            with pytest.raises(gymnasium.error.ResetNeeded, match="the episode of lane"):
+                ours.step(actions)
+
+
 def test_a_lane_that_trips_says_why_and_leaves_its_neighbours_alone(tmp_path):
     path = short(tmp_path)
     calm, vector = JackPositionVector(2, path), JackPositionVector(2, path)
@@ -211,16 +233,16 @@ def test_what_was_returned_belongs_to_the_caller(tmp_path):
             np.testing.assert_array_equal(mine, other)
             before.append((mine, mine.copy()))
             other[...] = 1
-    for array, copy in before:
-        np.testing.assert_array_equal(array, copy)
+    for array, same in before:
+        np.testing.assert_array_equal(array, same)
 
 
 def test_bad_calls_are_refused(tmp_path):
     path = short(tmp_path)
     with pytest.raises(InputError, match="num_envs = 0"):
         JackPositionVector(0, path)
-    with pytest.raises(InputError, match="autoreset_mode = 'Disabled': must be 'NextStep' or 'SameStep'"):
-        JackPositionVector(2, path, "Disabled")
+    with pytest.raises(InputError, match="autoreset_mode = 'Never': must be 'NextStep' or 'SameStep' or 'Disabled'"):
+        JackPositionVector(2, path, "Never")
     vector = JackPositionVector(2, path)
     with pytest.raises(gymnasium.error.ResetNeeded):
         vector.step(np.zeros((2, 1)))
@@ -228,3 +250,8 @@ def test_bad_calls_are_refused(tmp_path):
         vector.reset(seed=[1, 2, 3])
     with pytest.raises(InputError, match="unknown option"):
         vector.reset(options={"mask": 1})
+    for mask in (np.ones(3, bool), np.zeros(2, bool), np.ones(2)):
+        with pytest.raises(InputError, match="reset_mask must be 2 times True or False"):
+            vector.reset(options={"reset_mask": mask})
+    with pytest.raises(InputError, match="no episode yet"):
+        JackPositionVector(2, path).reset(options={"reset_mask": np.array([True, False])})

@@ -1,11 +1,12 @@
 """Closed loops of N lanes, the law, guard, drive and sensors compiled; what a policy decides is added to the law's."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from workbench.engine.sampled_law import OUT
-from workbench.loop.compiled_loop import compiled_law
+from workbench.loop.compiled_loop import CompiledLaw, compiled_law
 from workbench.loop.guard_numbers import trip_reason
 from workbench.loop.sampled_loop import SIMULATION_FAILED
 from workbench.loop.sensors import Sensors
@@ -27,13 +28,26 @@ class BenchCore:
         self.task, plants = task, task.plants
         self._engine, self._model, self._period = plants.engine, plants.engine.plant, plants.rig.period.value
         self._sensors = Sensors(plants.rig, self._model.outputs, task.source.start.conditions.noise)
-        law = compiled_law(self._engine, plants.rig, [task.law], self._sensors, plants.p, ("position",))
-        self._compiled, self._own = law, [self._sensors.names.index(name) for name in task.law.measures]
+        self._compiled, self._own = self._law(), [self._sensors.names.index(name) for name in task.law.measures]
         self._seen = [self._sensors.names.index(name) for name in task.policy.signals]
         self._position = self._model.output("position")
         self._last = task.steps * task.periods
         self._pasts, self._score = LanePasts(task.policy, lanes), LaneScores(plants.rig, task.weights, lanes)
         self._allocate(lanes)
+
+    def _law(self) -> CompiledLaw:
+        plants = self.task.plants
+        return compiled_law(self._engine, plants.rig, [self.task.law], self._sensors, plants.p, ("position",))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_compiled"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A law's numbers may have addresses of the process in which it was made: its own are put in."""
+        self.__dict__ |= state
+        self._compiled = self._law()
+        offset = self._numbers[:, self._compiled.shape.numbers["offset"]].ravel()
+        self._numbers = self._compiled.numbers([self.task.law], offset)
 
     def _allocate(self, lanes: int) -> None:
         shape, plants = self._compiled.shape, self.task.plants
@@ -51,17 +65,17 @@ class BenchCore:
         self._waiting = np.ones(lanes, bool)  # whose episode is over
         self._random: Sequence[np.random.Generator] = ()
 
-    def reset(self, random: Sequence[np.random.Generator]) -> Stepped:
-        """Begin an episode in every lane; what is random in it, and in those to come, is drawn from `random` [N]."""
+    def reset(self, random: Sequence[np.random.Generator], lanes: np.ndarray | None = None) -> Stepped:
+        """`restart`; what is random, in the episodes to come too, is drawn from `random` [N]."""
         self._random = random
-        self._waiting[:] = True
-        return self.restart()
+        return self.restart(lanes)
 
-    def restart(self) -> Stepped:
-        """Begin the next episode of the lanes that the last step ended, at once; the others stay where they are."""
+    def restart(self, lanes: np.ndarray | None = None) -> Stepped:
+        """Begin an episode in the lanes of a mask [N], or of None in all; the others stay where they are."""
         nothing = np.zeros(len(self._x))
-        self._begin(np.flatnonzero(self._waiting))
-        self._waiting[:] = False
+        begun = nothing == 0 if lanes is None else lanes
+        self._begin(np.flatnonzero(begun))
+        self._waiting = self._waiting & ~begun
         return self._stepped(nothing, nothing > 0, nothing > 0)
 
     def step(self, actions: np.ndarray) -> Stepped:

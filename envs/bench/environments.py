@@ -6,8 +6,8 @@ import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 
-from ..single import OneJack
-from ..spaces import action_space
+from ..one_lane import OneJack
+from ..spaces import action_space, refuse_render_mode
 from ..vector import Lanes, autoreset, checked_lanes
 from .core import BenchCore
 from .past import BOUND, silent_policy
@@ -100,8 +100,10 @@ class JackBenchVector(Lanes[BenchCore]):
         error: float = 0.01,
         pressure: float = 5e6,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
     ) -> None:
-        """As JackBench. Raises InputError as that does, and for another mode."""
+        """As JackBench. Raises InputError as that does, for another mode, and for a `render_mode`."""
+        refuse_render_mode(render_mode)
         mode, lanes = autoreset(autoreset_mode), checked_lanes(num_envs)
         policy = silent_policy(error, pressure, past, limit, decision)
         self._wrap(

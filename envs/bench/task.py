@@ -34,6 +34,12 @@ class BenchTask:
     limits: Limits
     source: TrainConfig
 
+    def __deepcopy__(self, memo: dict[int, object]) -> "BenchTask":
+        return self
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _bench_task, (self.source, self.policy, self.plants)  # a law is made of functions: it is built anew
+
     @property
     def periods(self) -> int:
         """Control periods from one decision to the next."""
@@ -52,7 +58,7 @@ def load_bench_task(path: str | Path, policy: Network) -> BenchTask:
     """
     config = load_train(experiment(str(path)))
     rig, start = config.start.rig, config.start
-    scenarios = tuple(each for each in start.scenarios)
+    scenarios = start.scenarios
     if any(each.signal != "position" or each.frequency is not None or each.arrives is None for each in scenarios):
         raise InputError(f"{path}: scenarios: the environment takes steps of position and loads; leave the others out")
     missing = set(policy.signals) - rig.sensors.keys()
@@ -67,7 +73,11 @@ def load_bench_task(path: str | Path, policy: Network) -> BenchTask:
         config.positions, config.factors, config.seed,
     )  # fmt: skip
     plants = whole.varied if whole.drawn is None else joined(whole.varied, whole.drawn)
-    return BenchTask(policy, _law(config), plants, scenarios, config.weights, config.limits, config)
+    return _bench_task(config, policy, plants)
+
+
+def _bench_task(config: TrainConfig, policy: Network, plants: PlantLanes) -> BenchTask:
+    return BenchTask(policy, _law(config), plants, tuple(config.start.scenarios), config.weights, config.limits, config)
 
 
 def _law(config: TrainConfig) -> GraphLaw:

@@ -47,7 +47,11 @@ def direct_law() -> PlatformLaw:
     x, s, o, q = (ca.SX.sym(name, size) for name, size in (("x", 0), ("s", 2 * LEGS), ("o", LEGS), ("q", 0)))
     output = ca.Function("output", [x, s, o, q], [s[LEGS:]])
     advance = ca.Function("advance", [x, s, ca.SX.sym("v", LEGS), o, q], [x])
-    return PlatformLaw(LawGraphs(output, advance), np.zeros(0), (), lambda _s, _u: (np.zeros(0), np.zeros(LEGS)))
+    return PlatformLaw(LawGraphs(output, advance), np.zeros(0), (), _from_nothing)
+
+
+def _from_nothing(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros(0), np.zeros(LEGS)
 
 
 class _Whole:

@@ -18,12 +18,19 @@ _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about
 
 
 class _Kernel:
-    """Machine code of one plant for one number of lanes."""
+    """Machine code of one plant for one number of lanes. A copy shares it; where it is unpickled it is made anew."""
 
     def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> None:
+        self._made_of = attempt, outputs, width, commands
         write = partial(module, attempt, outputs, width, object_cache.fused(), commands)
         addresses = object_cache.functions(_key(attempt, outputs, width, commands), write, ("run", "outputs"))
         self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address) for address in addresses)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> "_Kernel":
+        return self
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _Kernel, self._made_of
 
 
 def _key(attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> tuple[str, ...]:
@@ -245,9 +252,11 @@ class SteppingCode:
 
 
 class CallBuffers:
-    """Fixed places for a loop that asks once a period, so that a call prepares nothing."""
+    """Fixed places for a loop that asks once a period, so that a call prepares nothing. A copy has places of its own:
+    nothing stays in them from call to call."""
 
     def __init__(self, n: int, m: int, p: np.ndarray, outputs: int, stepping: Stepping) -> None:
+        self._made_of = n, m, p.copy(), outputs, stepping
         self._own, self._has_own = p.copy(), True
         self.x, self.u, self.p = np.zeros(n), np.zeros(m), p.copy()
         self.duration, self.states, self.y = np.zeros(1), np.zeros((2, n)), np.zeros(outputs)
@@ -263,6 +272,9 @@ class CallBuffers:
         )
         jobs = (self.run_job, self.output_job, self.after_job)
         self.run_address, self.output_address, self.after_address = map(ctypes.addressof, jobs)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return CallBuffers, self._made_of
 
     def set(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None) -> None:
         """Put down the arguments of the next call."""

@@ -1,6 +1,7 @@
 """Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
-from typing import TYPE_CHECKING, Literal, cast
+from copy import copy, deepcopy
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import casadi as ca
 import numpy as np
@@ -41,6 +42,16 @@ class Engine:
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, Stepping(tolerance, FIRST_STEP, ATTEMPTS))
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
         self._laws: dict[InstantShape, SampledLaw] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the addresses of laws, which are of this process."""
+        return self.__dict__ | {"_laws": {}}
+
+    def __deepcopy__(self, memo: dict[int, object]) -> "Engine":
+        """With a back end of its own, which has places for one call at a time; plant and laws are shared."""
+        other = copy(self)
+        other._runs, other._laws = deepcopy(self._runs, memo), self._laws
+        return other
 
     def __repr__(self) -> str:
         """One line: plant, back end, and why it is interpreted if it is."""

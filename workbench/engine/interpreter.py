@@ -28,6 +28,7 @@ class InterpretedPlant:
     """
 
     def __init__(self, attempt: ca.Function, outputs: ca.Function, p: np.ndarray, stepping: Stepping) -> None:
+        self._made_of = attempt, outputs, p, stepping
         self._own, self._stepping = np.array(p, dtype=float), stepping
         self._n = outputs.numel_in(0)
         self._u, self._p = np.zeros(outputs.numel_in(1)), self._own.copy()
@@ -36,6 +37,9 @@ class InterpretedPlant:
         self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
         self._h = outputs
         self._outputs = self._bind(outputs, np.zeros(self._n), np.zeros(outputs.numel_out(0)))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return InterpretedPlant, self._made_of  # nothing stays in its places from call to call
 
     def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
         """The function with its arguments and result in fixed places: calling it copies nothing."""

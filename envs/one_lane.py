@@ -1,0 +1,114 @@
+"""What single environments share: a shell over a core of one lane, its episode inside, and its pictures."""
+
+from typing import TYPE_CHECKING, Any, Generic
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
+
+from workbench.base.errors import InputError
+from workbench.rigs.rig import Rig
+
+from .spaces import action_space, checked_action, refuse_options
+from .stepped import CoreT, JackCoreT, Stepped
+
+if TYPE_CHECKING:
+    from .picture import Film
+
+_NOT_RENDERED: dict[str, Any] = {"render_modes": []}
+_RENDERED: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}
+FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
+
+
+class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
+    """What all of them share: a shell over a core of one lane, the episode's inside."""
+
+    metadata = _NOT_RENDERED
+    core: CoreT
+
+    def _wrap(self, core: CoreT, observation: Box, action: Box) -> None:
+        self.core, self.observation_space, self.action_space = core, observation, action
+        self._running = False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode; see Gymnasium. Raises InputError for options."""
+        refuse_options(options)
+        super().reset(seed=seed)
+        begun = self.core.reset([self.np_random])
+        self._running = True
+        return begun.observation[0], self._info(begun)
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
+        if not self._running:
+            raise ResetNeeded("no episode is going on; call reset() first")
+        return self._step(checked_action(action, self.action_space))
+
+    def render(self) -> np.ndarray | None:
+        """None: there is nothing to see of it."""
+        return None
+
+    def _step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        stepped = self.core.step(action if len(action) == 1 else action[None])
+        terminated, truncated = bool(stepped.terminated[0]), bool(stepped.truncated[0])
+        self._running = not (terminated or truncated)
+        return stepped.observation[0], float(stepped.reward[0]), terminated, truncated, self._info(stepped)
+
+    def _info(self, stepped: Stepped) -> dict[str, Any]:
+        info: dict[str, Any] = {
+            name: values[0].item() if values.ndim == 1 else values[0] for name, values in stepped.infos.items()
+        }
+        if stepped.terminated[0]:
+            (info["trip"],) = self.core.reasons(stepped.terminated)
+        return info
+
+
+class OneJack(OneLane[JackCoreT], Generic[JackCoreT]):
+    """One lane of one jack, which can be drawn."""
+
+    metadata = _RENDERED
+
+    def _wrap_jack(self, core: JackCoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
+        """Around a core whose film `film` makes, where `render_mode` asks for one. Raises InputError for another."""
+        self._wrap(core, observation, action_space())
+        self._film, self.render_mode = None, render_mode
+        if render_mode is not None:
+            self._film = _film(render_mode, film)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode; see Gymnasium. Raises InputError for options."""
+        begun = super().reset(seed=seed, options=options)
+        if self._film is not None:
+            self._film.begin(self.core.present)
+        return begun
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One step; see Gymnasium. Raises ResetNeeded when no episode is going on."""
+        answer = super().step(action)
+        if self._film is not None:
+            self._film.add(self.core.present)
+        return answer
+
+    def render(self) -> np.ndarray | None:
+        """The jack and its signals so far [height, width, 3] in uint8; None without render_mode="rgb_array".
+
+        Raises ResetNeeded before the first reset.
+        """
+        if self._film is None:
+            return None
+        if not self._film.begun:
+            raise ResetNeeded("there is no episode to draw; call reset() first")
+        return self._film.picture()
+
+
+def _film(render_mode: str, film: FilmOf) -> "Film":
+    if render_mode != "rgb_array":
+        raise InputError(f'render_mode = {render_mode!r}: must be "rgb_array", or left out')
+    from .picture import Film  # draws with matplotlib, which only pictures wait for
+
+    return Film(*film)
