@@ -4,8 +4,12 @@ import argparse
 import errno
 import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NoReturn
@@ -17,7 +21,10 @@ from .commands.examples import FIRST, help_text
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
 _LONGEST_WORD = 100
+_INTERRUPTED = 130
 _WITHOUT_RIG = ("compare", "completion", "doctor", "list", "new", "open", "trust")
+_ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))  # Windows has no HUP
+_SAME_END = 10.0  # s: within them further ones belong to the first, as a closed terminal sends several
 _ASKED = "_ARGCOMPLETE"  # in the environment when a shell asks for the end of a word
 
 
@@ -33,7 +40,14 @@ class Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable."""
+    """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable, by Ctrl-C;
+    143 by SIGTERM, and 129 by SIGHUP, as of a terminal that is closed."""
+    with _ended_by_signals() as ends:
+        status = _run(arguments)
+    return 128 + ends[0] if status == _INTERRUPTED and ends else status
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     if _ASKED in os.environ:
         _complete()
@@ -62,9 +76,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         return _complaint(f"{error.filename or 'writing'}: {error.strerror}; mend that and repeat the command")
     except KeyboardInterrupt:
-        print("jackbench: interrupted; the same command resumes", file=sys.stderr)
-        return 130
+        _say("interrupted; the same command resumes")
+        return _INTERRUPTED
     return 0
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[list[int]]:
+    """SIGTERM and SIGHUP do what Ctrl-C does, unless whoever started this process has it ignore them (nohup); those
+    that came."""
+    came, last = list[int](), -_SAME_END
+
+    def end(number: int, _: object) -> None:
+        nonlocal last
+        came.append(number)
+        before, last = last, time.monotonic()
+        if last - before >= _SAME_END:
+            raise KeyboardInterrupt
+
+    mine = _ENDS if threading.current_thread() is threading.main_thread() else ()
+    before = {number: signal.signal(number, end) for number in mine if signal.getsignal(number) != signal.SIG_IGN}
+    try:
+        yield came
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _print_what_the_console_has() -> None:
@@ -77,8 +113,14 @@ def _print_what_the_console_has() -> None:
 def _complaint(text: str) -> int:
     """One line on stderr, of words and paths that fit on one; the status of bad input."""
     line = " ".join(short_path(word, _LONGEST_WORD) for word in text.split())
-    print(f"jackbench: {clipped(line, 1000)}", file=sys.stderr)
+    _say(clipped(line, 1000))
     return 2
+
+
+def _say(line: str) -> None:
+    """On stderr, where somebody still reads that: a closed terminal or pipe takes nothing."""
+    with suppress(OSError):
+        print(f"jackbench: {line}", file=sys.stderr)
 
 
 def _complete() -> NoReturn:

@@ -11,8 +11,9 @@ from .markdown import code, page, plain, table
 
 _INTRODUCTION = """Every command computes into a folder of its own: `--out DIR`, by default `out/NAME`, gets
 `report.html`, `metrics.json`, curves as `*.parquet` and the resolved `config.toml`. Exit status 0 says that it is
-done, 2 bad input, with one line on stderr, and 130 an interrupt: the same command resumes. Where a command reads a rig
-it also takes `--trust`, which lets the Python files that the rig names run this once."""
+done, 2 bad input, with one line on stderr, and 130 an interrupt (143 by SIGTERM, 129 by SIGHUP): the same command
+resumes. Where a command reads a rig it also takes `--trust`, which lets the Python files that the
+rig names run this once."""
 
 
 def pages() -> dict[str, str]:

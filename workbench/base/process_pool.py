@@ -60,6 +60,11 @@ def worker_processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterato
     with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:
         try:
             yield lambda item: pool.submit(_call, item).result()
+        except KeyboardInterrupt:  # which a signal to this process alone does not bring to them
+            pool.shutdown(wait=False, cancel_futures=True)  # first, so that none begins any more
+            for worker in multiprocessing.active_children():
+                worker.terminate()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 

@@ -34,6 +34,7 @@ class LinkClient:
         self.asked = (0.0, 0.0)  # reference and command, of a loop at this rig
         self.stays_on = False  # between courses, in lockstep, where no time passes then
         self._is_on = False
+        self._switched_on = False
         self._token = token.encode()
         try:
             self.hello = self._greet()
@@ -45,6 +46,9 @@ class LinkClient:
         return self
 
     def __exit__(self, *_: object) -> None:
+        """However it ends, the rig that it has switched on is switched off."""
+        if self._switched_on:
+            self.off()
         self._socket.close()
 
     def switch(self, what: int) -> str:
@@ -59,6 +63,7 @@ class LinkClient:
         state = self._asked(datagrams.HELLO, self._token, datagrams.RIG, "a hello").decode(errors="replace")
         if read_hello(state, self.at).state == "tripped":
             self.switch(datagrams.RESET)
+        self._switched_on = True
         if self.switch(datagrams.ON) != "on":
             raise InputError(f"{self.at}: the rig cannot be switched on; look at what stopped it")
         self._sequence, self.asked = 0, (0.0, 0.0)
@@ -76,6 +81,7 @@ class LinkClient:
         self._is_on = False
         with suppress(LinkLost):
             self.switch(datagrams.OFF)
+        self._switched_on = False
 
     def rest(self) -> None:
         """The end of a course: switch it off, unless it stays on."""
@@ -84,9 +90,9 @@ class LinkClient:
 
     def exchange(self, values: Sequence[float]) -> Reading:
         """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""
-        self._sequence += 1
-        packet, self.asked = datagrams.command(self._sequence, values), (self.asked[0], values[0])
+        packet, self.asked = datagrams.command(self._sequence + 1, values), (self.asked[0], values[0])
         self._send(packet)
+        self._sequence += 1  # now, so that a number that an interrupt keeps from being sent is the next one's
         if not self.hello.lockstep:
             reading = self._reading(max(_PATIENCE, _READINGS_LOST * self.hello.period))
             if reading is None:

@@ -63,8 +63,6 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
         except Barred as barred:
             progress(str(barred))
             return barred_outcome(spent, barred.obstacle)
-        finally:
-            client.off()
     return outcome(results, spent, run.dir)
 
 

@@ -5,6 +5,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +101,8 @@ def finish_in_folder(
     began = time.perf_counter()
 
     def progress(what: str) -> None:
-        print(f"{time.perf_counter() - began:7.1f} s  {what}", file=sys.stderr, flush=True)
+        with suppress(OSError):  # of a terminal or a pipe that is closed: what is computed is worth more than its line
+            print(f"{time.perf_counter() - began:7.1f} s  {what}", file=sys.stderr, flush=True)
 
     with open_run(out, identity, options.force) as run:
         outcome = study(run, progress)

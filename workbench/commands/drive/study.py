@@ -1,8 +1,8 @@
 """Controllers of an experiment at a live rig: its scenarios played, judged as `run` judges them, and recorded."""
 
 from _thread import interrupt_main
-from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
+from itertools import product
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.sections import identifier
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
-from ...link.judged import judge_played, wire_rig
+from ...link.judged import Judged, judge_played, wire_rig
 from ...link.opc_ua import opc_ua_server, supervised_loop
+from ...link.wire_loop import INTERRUPTED
 from ...loop.rows import linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from ...records import Record
@@ -22,6 +23,8 @@ from ..common.step_experiment import StepConfig
 from ..common.wire_campaign import wire_campaign
 from .page import drive_page
 
+_Course = tuple[ControllerSpec, Scenario, Played]
+
 
 def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage: Stage, progress: Progress) -> Outcome:
     """`rows` as of `run`, measured at the rig; `predicted`, the same of the experiment's rig in simulation; `late`
@@ -30,20 +33,23 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
     with LinkClient(at, token) as client, _looked_on(client, opc_ua, progress):
         progress(f"{client.hello.rig} at {at}, {'lockstep' if client.hello.lockstep else 'real time'}")
         rig, static = wire_rig(config.rig, client), rest_record(client)
-        played = list(_played(config, client, progress))
+        played = list[_Course]()
+        ended = _play(config, client, played, progress)
         name = client.hello.rig
-    setup = loop_setup(rig)
-    loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
-    judged = [
-        judge_played(config.conditions, spec, scenario, each, setup, loops[spec.name])
-        for spec, scenario, each in played
-    ]
+    judged = list[Judged]()
+    try:
+        setup = loop_setup(rig)
+        loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
+        for spec, scenario, each in played:
+            judged.append(judge_played(config.conditions, spec, scenario, each, setup, loops[spec.name]))
+    except KeyboardInterrupt:  # what was recorded is left in any case
+        ended = INTERRUPTED
     metrics = {
         "rig": name,
         "rows": [{**each.row, "rig": name} for each in judged],
         "predicted": [each.prediction for each in judged],
         "late": sum(each.run.late for *_, each in played),
-        "ended": next((each.ended for *_, each in played if each.ended), None),
+        "ended": ended,
         "left_out": [scenario.name for scenario in config.scenarios if not _only_command(scenario)],
     }
     records = _records(played)
@@ -61,30 +67,31 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
     return Outcome(metrics, lambda: drive_page(config, metrics, judged), tables, files, subject)
 
 
-def _played(
-    config: StepConfig, client: LinkClient, progress: Progress
-) -> Iterator[tuple[ControllerSpec, Scenario, Played]]:
-    """Every controller in every scenario that a command alone can play, until one is cut short."""
+def _play(config: StepConfig, client: LinkClient, played: list[_Course], progress: Progress) -> str | None:
+    """Add to `played` every controller in every scenario that a command alone can play, until one is cut short: why
+    that was, or None."""
     period, home = config.rig.period.value, None
-    for spec in config.controllers:
-        for scenario in filter(_only_command, config.scenarios):
+    try:
+        for spec, scenario in product(config.controllers, filter(_only_command, config.scenarios)):
             progress(f"{spec.name}: {scenario.name}")
             t = np.arange(round(scenario.duration / period) + 1) * period
             controller = spec.build(period)
             home = _level(client, controller.measures[0]) if home is None else home
             start = _start(config, scenario, home)
-            try:
-                each = play_course(
-                    client, config.rig, controller, scenario.reference(t), start, noisy=not config.conditions.ideal
-                )
-            except LinkLost as error:
-                progress(f"the link is lost: {error}")
-                return
+            each = play_course(
+                client, config.rig, controller, scenario.reference(t), start, noisy=not config.conditions.ideal
+            )
             if len(each.run.rows) > 1:
-                yield spec, scenario, each
+                played.append((spec, scenario, each))
             if each.ended is not None:
                 progress(f"stopped: {each.ended}")
-                return
+                return each.ended
+    except LinkLost as error:
+        progress(f"the link is lost: {error}")
+        return f"the link is lost: {error}"
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return None
 
 
 def _looked_on(client: LinkClient, opc_ua: int | None, progress: Progress) -> AbstractContextManager[object]:
@@ -113,7 +120,7 @@ def _only_command(scenario: Scenario) -> bool:
     return not (scenario.travel or scenario.load)
 
 
-def _records(played: list[tuple[ControllerSpec, Scenario, Played]]) -> dict[str, Record]:
+def _records(played: list[_Course]) -> dict[str, Record]:
     records = {}
     for spec, scenario, each in played:
         name = f"{identifier(spec.name)}-{scenario.name}"

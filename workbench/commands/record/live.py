@@ -8,6 +8,7 @@ from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
+from ...link.wire_loop import INTERRUPTED
 from ...loop.drive_simulation import drive, trouble
 from ...loop.drive_simulation import play as simulated
 from ...loop.standard_records import standard_set
@@ -39,8 +40,8 @@ def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) 
             progress(f"{wave.name}: {wave.t[-1]:.3g} s")
             try:
                 played = _played(client, plan.rig, ready.loop.build(wave.period), wave)
-            except LinkLost as error:
-                ended = str(error)
+            except (LinkLost, KeyboardInterrupt) as error:
+                ended = str(error) or INTERRUPTED
                 break
             records[wave.name], late, ended = played.record, late + played.run.late, played.ended
             if ended is not None:

@@ -1,7 +1,6 @@
 """The service of a rig: it prints its address, serves until Ctrl-C, and leaves what its clock did."""
 
 import gc
-import signal
 import sys
 import threading
 import time
@@ -71,14 +70,12 @@ def _until_interrupted(server: RigServer) -> None:
             failed.append(error)
         over.set()
 
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     thread = threading.Thread(target=serve)
     thread.start()
     with suppress(KeyboardInterrupt):
         over.wait()
     server.stop()
     thread.join()
-    signal.signal(signal.SIGTERM, before)
     if failed:
         raise failed[0]
 

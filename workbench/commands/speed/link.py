@@ -1,7 +1,6 @@
 """How fast a rig behind the wire is: periods in lockstep, and in real time what is late, beside an empty loop."""
 
 import json
-import signal
 import subprocess
 import sys
 import tempfile
@@ -55,9 +54,10 @@ def _served(rig: Rig, *words: str) -> Iterator[tuple[str, dict[str, Any]]]:
         file.write_text(rig_text(rig), encoding="utf-8")
         command = [sys.executable, "-m", "workbench.cli", "serve", str(file), *words, "--out", str(out)]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
-            yield (process.stdout.readline().strip() if process.stdout else ""), left
-            process.send_signal(signal.SIGTERM)
-            process.wait()
+            try:
+                yield (process.stdout.readline().strip() if process.stdout else ""), left
+            finally:
+                process.terminate()
         left |= json.loads((out / "metrics.json").read_text(encoding="utf-8"))
 
 

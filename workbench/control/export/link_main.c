@@ -5,7 +5,7 @@
  *     ./link_main NAME udp://HOST:PORT SIZE SECONDS [TOKEN]
  *
  * SIZE is in the SI unit of the controlled signal; the step comes after a tenth of the SECONDS. Status 0: played to the
- * end; 1: the rig refused, tripped or fell silent; 2: wrong words. Ctrl-C switches the rig off.
+ * end; 1: the rig refused, tripped or fell silent; 2: wrong words. Ctrl-C, SIGTERM and SIGHUP switch the rig off.
  * POSIX sockets; Windows has winsock2.h in their place, with WSAStartup, WSAPoll and closesocket. */
 #define _POSIX_C_SOURCE 200112L
 #include <math.h>
@@ -325,6 +325,7 @@ int main(int words, char **word)
     ending.sa_handler = stop; /* without SA_RESTART: a wait ends, too */
     sigaction(SIGINT, &ending, NULL);
     sigaction(SIGTERM, &ending, NULL);
+    sigaction(SIGHUP, &ending, NULL); /* of a terminal that is closed */
     connect_to(word[2]);
     const int lockstep = greet(&laws[k], words > 5 ? word[5] : "", places);
     atexit(switch_off);
