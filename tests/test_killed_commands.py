@@ -21,7 +21,7 @@ SCRIPT = """
 import os, signal, sys
 from workbench.commands.common import run_folder
 
-store = run_folder._store
+store = run_folder.store_stage
 
 def kill(*unused):
     os.kill(os.getpid(), signal.SIGKILL)
@@ -31,7 +31,7 @@ def store_and_kill(path, result):
     kill()
 
 moments = {
-    "a stage is stored": ("_store", store_and_kill),
+    "a stage is stored": ("store_stage", store_and_kill),
     "the folder is to be renamed": ("_publish", kill),
     "the folder is renamed": ("_remove_leftovers", kill),
 }

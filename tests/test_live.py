@@ -280,6 +280,7 @@ def test_what_is_no_request_is_refused(server):
     assert ask(server, "POST", path, [1], Origin=own)[0] == 400
     assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "9999999"})[0] == 400
     assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "-1"})[0] == 400
+    assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "9" * 5000})[0] == 400
     status, content, _ = ask(server, "POST", path, {**ASKED, "controller": "no"}, Origin=own)
     assert status == 422
     assert "no controller" in json.loads(content)["error"]

@@ -80,6 +80,19 @@ def test_without_a_folder_to_write_to_nothing_is_kept(tmp_path: Path, monkeypatc
     assert square() == 9
 
 
+def test_a_full_disk_leaves_no_part_of_an_entry(fresh_cache: Path, monkeypatch) -> None:
+    """Nothing can be written beyond some bytes, as where a disk is full."""
+    resource, signal = pytest.importorskip("resource"), pytest.importorskip("signal")
+    before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+        assert square() == 9
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert list(fresh_cache.iterdir()) == []
+
+
 def test_a_large_graph_is_read_where_it_has_been_made(fresh_cache: Path) -> None:
     plant = build_platform(load_platform("hexapod"))
     made = graph_cache.attempt_of(plant, adaptive_attempt)

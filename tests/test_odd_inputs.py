@@ -222,6 +222,11 @@ def unending(path):
     path.write_text("t [s],command [1]," + "a" * 200_000 + "\n" + "0,0,0\n" * 20)
 
 
+def minute(path):
+    rows = "".join(f"{k * 1e-3},0,{(k % 2) * 1e-250}\n" for k in range(200))
+    path.write_text("t [s],command [1],position [mm]\n" + rows)
+
+
 def milliseconds(path):
     path.write_text("t [s],command [1],position [9**9**9**9 m]\n" + "0,0,0\n" * 20)
 
@@ -237,6 +242,7 @@ RECORDS = {
     "heading": ("a.csv", wordy, "a heading of 19999 characters"),
     "text": ("a.csv", talkative, f'column "command [1]": "{"q" * 76}... is not a number'),
     "cell": ("a.csv", unending, "row 1: field larger than field limit"),
+    "a number that no rig has": ("a.csv", minute, 'column "position [mm]": 1e-253 m at most, which no rig has'),
     "unit": ("a.csv", milliseconds, 'unknown unit "9**9**9**9 m"'),
     "MAT 7.3 bomb": ("a.mat", matlab73, "10000000000 numbers are more than 256 MiB"),
     "MAT": ("a.mat", lambda path: path.write_bytes(b"MATLAB 7.3".ljust(512) + b"\x89HDF\r\n\x1a\n"), "broken MAT file"),
@@ -310,6 +316,8 @@ def test_no_more_is_read_than_asked_for(tmp_path):
         ("run", "paper.toml", "--picture", "p\0.png"),
         ("run", "paper.toml", "--picture", "/dev/full/x.png"),
         ("run", "paper.toml", "--out", "/dev/full/x"),
+        ("run", "caf\udce9.toml"),
+        ("run", "paper.toml", "--out", "caf\udce9"),
         (*EXCITE, "--repeat", "1000000000"),
         (*EXCITE, "--band", "1", "900"),
     ],
@@ -331,6 +339,17 @@ def test_a_full_disk_is_one_line_and_a_bug_is_not(tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(run_folder, "write_whole", lambda *_: (_ for _ in ()).throw(OSError("a bug")))
     with pytest.raises(OSError, match="a bug"):
         main(["run", str(paper), "--out", str(tmp_path / "other")])
+
+
+def test_names_that_are_no_utf_8_are_one_line_wherever_they_come_from(tmp_path, monkeypatch, capsys):
+    folder = os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9")
+    try:
+        os.mkdir(folder)
+    except OSError:
+        pytest.skip("this disk takes UTF-8 alone")
+    monkeypatch.chdir(folder)
+    refused(capsys, "run", ROOT / "experiments" / "paper.toml", "--out", "out")
+    assert not os.listdir(".")
 
 
 def test_a_full_disk_behind_the_output_is_one_line(monkeypatch, capsys):

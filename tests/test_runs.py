@@ -103,6 +103,43 @@ def test_a_stage_comes_back_as_it_was_and_is_computed_once(tmp_path: Path):
     assert len(calls) == 1
 
 
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-30])
+
+
+def emptied(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def another_digit(path: Path) -> None:
+    path.write_bytes(path.read_bytes().replace(b"2.5", b"2.7"))
+
+
+def another_bit(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("kind", ["json", "npz"])
+@pytest.mark.parametrize("damage", [cut, emptied, another_bit, another_digit, Path.unlink])
+def test_a_stage_that_cannot_be_read_as_it_was_written_is_computed_again(tmp_path: Path, kind: str, damage):
+    calls = []
+
+    def check(run: Run) -> None:
+        np.testing.assert_equal(run.stage("first", lambda: calls.append(1) or RESULT), RESULT)
+
+    stop(tmp_path / "out", check)
+    (path,) = (tmp_path / "out.partial" / "stages").glob(f"first.{kind}")
+    before = path.read_bytes()
+    damage(path)
+    damaged = not path.exists() or path.read_bytes() != before
+    for _ in range(2):
+        stop(tmp_path / "out", check)
+    assert len(calls) == 1 + damaged
+    assert damaged or (kind, damage) == ("npz", another_digit)  # arrays have no digits
+
+
 @pytest.mark.parametrize("bad", [(1, 2), {1: 2}, object(), {"a": np.array([object()])}, 1j])
 def test_a_stage_that_would_come_back_different_is_refused(tmp_path: Path, bad):
     with pytest.raises(TypeError), open_run(tmp_path / "out", COMMAND) as run:

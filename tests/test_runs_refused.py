@@ -46,6 +46,33 @@ def test_an_unfinished_run_of_another_command_is_refused_and_kept(tmp_path: Path
         finish(run)
 
 
+def test_force_uses_nothing_of_an_unfinished_run_of_the_same_command(tmp_path: Path):
+    stop(tmp_path / "out", lambda run: run.stage("first", lambda: 1))
+    with open_run(tmp_path / "out", COMMAND, force=True) as run:
+        assert not run.resumed
+        assert run.stage("first", lambda: 2) == 2
+        finish(run)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"\xff", b"{}"])
+def test_an_unfinished_run_that_does_not_say_whose_it_is_is_refused_and_cleared_by_force(tmp_path: Path, content):
+    stop(tmp_path / "out", lambda run: run.stage("first", lambda: 1))
+    (tmp_path / "out.partial" / "stages" / "@command.json").write_bytes(content)
+    with pytest.raises(InputError, match=r"cannot be read any more.*--force"), open_run(tmp_path / "out", COMMAND):
+        pass
+    with open_run(tmp_path / "out", COMMAND, force=True) as run:
+        assert run.stage("first", lambda: 2) == 2
+        finish(run)
+
+
+def test_stages_of_nobody_are_not_taken(tmp_path: Path):
+    stop(tmp_path / "out", lambda run: run.stage("first", lambda: 1))
+    (tmp_path / "out.partial" / "stages" / "@command.json").unlink()
+    with open_run(tmp_path / "out", COMMAND) as run:
+        assert run.stage("first", lambda: 2) == 2
+        finish(run)
+
+
 def test_an_unfinished_run_of_other_versions_is_refused(tmp_path: Path, monkeypatch):
     stop(tmp_path / "out", lambda run: None)
     monkeypatch.setattr("workbench.commands.common.run_folder.versions", lambda: {"numpy": "0"})

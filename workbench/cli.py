@@ -59,7 +59,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         if not words:
             print(_first_words())
             return 0
-        options = _parser(words).parse_args(words)
+        options = _options(words)
         if getattr(options, "trust", False):
             trust.allow_everything()
         options.call(options, words)
@@ -71,6 +71,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:  # the reader of our output has seen enough, as in `jackbench list effects | head`
         sys.stderr.close()
         return 0
+    except UnicodeEncodeError as error:
+        if not _no_text(error.object[error.start : error.end]):
+            raise
+        return _complaint(f"{error.object}: is no UTF-8; give that file or folder another name")
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
@@ -81,6 +85,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     return 0
 
 
+<<<<<<< HEAD
 @contextmanager
 def _ended_by_signals() -> Iterator[list[int]]:
     """SIGTERM and SIGHUP do what Ctrl-C does, unless whoever started this process has it ignore them (nohup); those
@@ -101,6 +106,27 @@ def _ended_by_signals() -> Iterator[list[int]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+=======
+def _options(words: Sequence[str]) -> argparse.Namespace:
+    """What the words ask for. Raises InputError for what they may not be, with the help of their command."""
+    for word in words:
+        if _no_text(word):
+            raise InputError(f"{word}: is no UTF-8; give that file or folder another name")
+    options, unknown = _parser(words).parse_known_args(words)
+    if unknown:
+        raise InputError(f"unknown arguments: {' '.join(unknown)}; see jackbench {_command(words)} --help")
+    return options
+
+
+def _no_text(word: str) -> bool:
+    """Whether a word has bytes that are no UTF-8, which Python keeps as surrogates."""
+    return any("\ud800" <= sign <= "\udfff" for sign in word)
+
+
+def _command(words: Sequence[str]) -> str | None:
+    """The command that the words give."""
+    return next((word for word in words if not word.startswith("-")), None)
+>>>>>>> 641fdda (A stage that was cut is computed again, --force uses nothing of an unfinished run, a full disk leaves no parts, and odd names and numbers are one line)
 
 
 def _print_what_the_console_has() -> None:
@@ -144,7 +170,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     parser = Parser(prog="jackbench", description=what, epilog=_grouped())
     parser.add_argument("--version", action="version", version=f"jackbench {_version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", help="one of those below")
-    first_word = next((word for word in words if not word.startswith("-")), None)
+    first_word = _command(words)
     for name, does in COMMANDS.items():
         command = commands.add_parser(name, description=f"{does[0].upper()}{does[1:]}.", epilog=help_text(name))
         if name == first_word:

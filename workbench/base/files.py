@@ -107,9 +107,13 @@ def _reason(error: Exception) -> str:
 def write_whole(path: Path, text: str) -> None:
     """Write a whole file or none, to the disk."""
     part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8", newline="\n")
-    sync(part)
-    part.replace(path)
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        sync(part)
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def sync(path: Path) -> None:

@@ -29,9 +29,14 @@ def store(name: str, content: bytes) -> bytes:
     with suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True)
         cache_folder().chmod(0o700)
-        with tempfile.NamedTemporaryFile(dir=cache_folder(), delete=False) as file:
-            file.write(hashlib.sha256(content).digest() + content)
-        os.replace(file.name, cache_folder() / name)
+        descriptor, part = tempfile.mkstemp(dir=cache_folder())
+        try:
+            with open(descriptor, "wb") as file:
+                file.write(hashlib.sha256(content).digest() + content)
+            os.replace(part, cache_folder() / name)
+        except BaseException:
+            os.unlink(part)  # a full disk keeps no part of it
+            raise
     return content
 
 

@@ -14,6 +14,7 @@ from .table import FORMATS, open_table
 
 FEWEST_ROWS = 10
 INPUTS = ("command", *FURTHER_INPUTS)  # held, never bridged
+_SQUARED = 1e-100, 1e100  # SI: the square of what is smaller or larger is no number to compute with
 MOST_MISSING = 0.20  # of a column; more is a dead sensor, not a blemish
 
 
@@ -49,6 +50,7 @@ def read_record(
         _refuse(path, rows, column.cell, values)
         filled, known, more = _mended(path, rows, t, name, column.cell, values)
         signals[name] = column.to_si(filled, SIGNALS[name].si)
+        _refuse_absurd(path, column.cell, signals[name], SIGNALS[name].si)
         valid[name] = known & _inside(column.clip, filled)
         if known.any() and not valid[name].any():
             raise InputError(f"{path}: {column.cell}: clip leaves no sample, they go {_range(filled)}; widen it")
@@ -109,6 +111,12 @@ def _refuse(path: Path, rows: np.ndarray, cell: str, values: np.ndarray) -> None
     if missing.mean() > MOST_MISSING:
         where = f'{path}: column "{cell}": {missing.sum()} of {missing.size} cells are empty'
         raise InputError(f"{where}, the first in row {rows[np.argmax(missing)]}; mend it or remove the column")
+
+
+def _refuse_absurd(path: Path, cell: str, values: np.ndarray, unit: str) -> None:
+    largest = float(np.max(np.abs(values)))
+    if largest and not _SQUARED[0] < largest < _SQUARED[1]:
+        raise InputError(f'{path}: column "{cell}": {largest:.2g} {unit} at most, which no rig has; check its unit')
 
 
 def _cut(path: Path, record: Record, start: float | None, stop: float | None) -> Record:

@@ -1,7 +1,7 @@
 """What commands share.
 
 options     arguments of every command, and a study that leaves a run folder
-run_folder, new_folder    that folder: resumable stages, then renamed; a folder of files made at once
+run_folder, stage_file, new_folder    that folder: resumable stages, then renamed; a folder of files made at once
 outcome, drawing    what a study leaves behind; its report, drawn when all numbers are written
 head, design_numbers    what every report says of its rig, controllers and command, and their numbers
 run_index   index.html: the finished runs of a folder

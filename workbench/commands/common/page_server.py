@@ -132,7 +132,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self) -> Mapping[str, Any] | None:
         """The table that was sent; None for anything else."""
         length = self.headers.get("Content-Length", "")
-        if not (length.isdecimal() and int(length) <= _MOST):
+        if not (length.isdecimal() and len(length) <= len(str(_MOST)) and int(length) <= _MOST):
             return None
         try:
             asked = json.loads(self.rfile.read(int(length)))

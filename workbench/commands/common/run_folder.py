@@ -14,11 +14,9 @@ import platform
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
-from urllib.parse import quote
 
 import numpy as np
 import pyarrow as pa
@@ -29,12 +27,11 @@ from ...base.errors import InputError, short_path
 from ...base.files import WINDOWS, sync, write_whole
 from ...base.kept_columns import KeptColumns
 from ...base.toml_text import toml_text
+from .stage_file import Unreadable, load_stage, plain, stage_path, store_stage
 
 T = TypeVar("T")
 
-_ARRAY = "__array__"
 _COMMAND, _LOCK = "@command.json", "@lock"  # quote() escapes "@": no stage can have these names
-_LONGEST_NAME = 100
 _ROWS = 2**16  # of a table on disk that are in memory at once
 _DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
 
@@ -52,7 +49,8 @@ class Run:
         self._asked: set[str] = set()
 
     def stage(self, name: str, compute: Callable[[], T]) -> T:
-        """The result of `compute`, which runs only when no earlier call of this command finished the stage `name`.
+        """The result of `compute`, which runs only when no earlier call of this command finished the stage `name`; one
+        that cannot be read as it was written is not finished.
 
         A result is made of dict (str keys), list, str, int, float, bool, None and numpy arrays, and comes back as it
         was, NaN too; a numpy scalar comes back as Python's. Raises TypeError for anything else, ValueError for a name
@@ -61,10 +59,11 @@ class Run:
         if name in self._asked:
             raise ValueError(f'stage "{name}" is there twice: the second would get the result of the first')
         self._asked.add(name)
-        path = self.dir / "stages" / f"{_file_name(name)}.json"
-        if not path.exists():
-            _store(path, compute())
-        return _load(path)
+        path = stage_path(self.dir / "stages", name)
+        with suppress(Unreadable):
+            return load_stage(path)
+        store_stage(path, compute())
+        return load_stage(path)
 
     def keep(
         self, metrics: Mapping[str, Any], config_toml: str, tables: Mapping[str, Mapping[str, np.ndarray]]
@@ -100,8 +99,9 @@ def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iter
 
     command: JSON-able name, config and seeds, which with the package versions say what the run is; not its --out.
     Raises InputError, before anything is computed, when DIR exists (unless force), when DIR.partial belongs to another
-    command (unless force) or to a process still at work, and when the place cannot be written. An InputError from the
-    block removes what this call made; after any other end, an interrupt or a kill, the same command resumes.
+    command (unless force) or to a process still at work, and when the place cannot be written. With force nothing of
+    DIR.partial is used. An InputError from the block removes what this call made; after any other end, an interrupt or
+    a kill, the same command resumes.
     """
     out = _resolved(out)
     partial = out.with_name(out.name + ".partial")
@@ -132,7 +132,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 
     Raises TypeError for a key that is no string and for a value that JSON does not know.
     """
-    return json.dumps(_plain(metrics, _rounded), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(plain(metrics, _rounded), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _write_table(columns: Mapping[str, np.ndarray], path: Path) -> None:
@@ -168,8 +168,11 @@ def _resolved(out: Path) -> Path:
             raise InputError(f"{out}: cannot be an output folder; choose another --out")
         with suppress(FileNotFoundError, NotADirectoryError):
             os.stat(out.with_name(f"{out.name}.partial") / "stages" / _COMMAND)
+        str(out).encode()
     except InputError:
         raise
+    except UnicodeEncodeError:
+        raise InputError(f"{short_path(out)}: is no UTF-8; choose another --out") from None
     except (OSError, RuntimeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{short_path(out)}: {reason}; choose another --out") from None
@@ -226,18 +229,24 @@ def _locked(partial: Path) -> Iterator[FileLock]:
 def _claim(partial: Path, identity: str, force: bool) -> bool:
     """Make `partial` the place of this command; whether an earlier call of it worked there."""
     path = partial / "stages" / _COMMAND
-    if path.exists():
-        earlier = path.read_text(encoding="utf-8")
-        if earlier == identity:
+    if path.exists() and not force:
+        earlier = path.read_bytes()
+        if earlier == identity.encode():
             return True
-        if not force:
-            same = json.loads(earlier)["command"] == json.loads(identity)["command"]
-            other = "this command with other package versions" if same else "another command"
-            advice = "choose another --out or add --force to discard it"
-            raise InputError(f"{partial}: is an unfinished run of {other}; {advice}")
-        _clear(partial)
+        advice = "choose another --out or add --force to discard it"
+        raise InputError(f"{partial}: is an unfinished run of {_other(earlier, identity)}; {advice}")
+    _clear(partial)
     write_whole(path, identity)
     return False
+
+
+def _other(earlier: bytes, identity: str) -> str:
+    """Whose run an earlier one is, that is not this one."""
+    try:
+        same = json.loads(earlier)["command"] == json.loads(identity)["command"]
+    except (ValueError, LookupError, TypeError):
+        return f"a command that cannot be read any more (stages/{_COMMAND})"
+    return "this command with other package versions" if same else "another command"
 
 
 def _clear(partial: Path) -> None:
@@ -272,72 +281,17 @@ def _aside(out: Path) -> Path:
     return out.with_name(f".{out.name}.replaced")
 
 
-def _file_name(stage: str) -> str:
-    """A file's name for a stage, with a digest where it is too long or has capitals: some disks know no case."""
-    name = quote(stage, safe="")
-    if len(name) <= _LONGEST_NAME and stage == stage.lower():
-        return name
-    return f"{name[:_LONGEST_NAME]}-{sha256(name.encode()).hexdigest()[:16]}"
-
-
 def _remove_empty(made: list[Path]) -> None:
     for folder in made:
         with suppress(OSError):  # not empty any more: somebody else uses it now
             folder.rmdir()
 
 
-def _store(path: Path, result: object) -> None:
-    """Write a stage. The JSON file comes last: it is what says that the stage is done."""
-    arrays: list[np.ndarray] = []
-
-    def leaf(value: object) -> object:
-        if isinstance(value, np.ndarray) and not value.dtype.hasobject:
-            arrays.append(value)
-            return {_ARRAY: f"arr_{len(arrays) - 1}"}  # the name that savez gives it
-        if isinstance(value, np.generic):
-            value = value.item()
-        if value is None or isinstance(value, (str, int, float)):
-            return value
-        raise TypeError(f"a stage's result is made of dict, list, numbers, str, None and arrays, not {type(value)}")
-
-    text = json.dumps(_plain(result, leaf))
-    if arrays:
-        with path.with_suffix(".npz").open("wb") as file:
-            np.savez(file, *arrays)
-        sync(path.with_suffix(".npz"))
-    write_whole(path, text)
-
-
-def _load(path: Path) -> Any:
-    beside = path.with_suffix(".npz")
-    arrays: dict[str, np.ndarray] = {}
-    if beside.exists():
-        with np.load(beside, allow_pickle=False) as file:
-            arrays = dict(file)
-
-    def whole(value: dict[str, Any]) -> Any:
-        return arrays[value[_ARRAY]] if value.keys() == {_ARRAY} else value
-
-    return json.loads(path.read_text(encoding="utf-8"), object_hook=whole)
-
-
-def _plain(value: object, leaf: Callable[[object], object]) -> object:
-    """`value` with every leaf replaced. Raises TypeError for a key that is no string."""
-    if isinstance(value, Mapping):
-        for key in value:
-            if not isinstance(key, str):
-                raise TypeError(f"keys are str, not {key!r}")
-        return {key: _plain(item, leaf) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item, leaf) for item in value]
-    return leaf(value)
-
-
 def _rounded(value: object) -> object:
     if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist(), _rounded)
+        return plain(value.tolist(), _rounded)
     if isinstance(value, tuple):
-        return _plain(list(value), _rounded)
+        return plain(list(value), _rounded)
     if isinstance(value, float):
         return float(f"{value:.{_DIGITS}g}") + 0.0 if math.isfinite(value) else None  # + 0.0: no "-0.0"
     return value
