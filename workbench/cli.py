@@ -85,7 +85,6 @@ def _run(arguments: Sequence[str] | None) -> int:
     return 0
 
 
-<<<<<<< HEAD
 @contextmanager
 def _ended_by_signals() -> Iterator[list[int]]:
     """SIGTERM and SIGHUP do what Ctrl-C does, unless whoever started this process has it ignore them (nohup); those
@@ -106,7 +105,8 @@ def _ended_by_signals() -> Iterator[list[int]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-=======
+
+
 def _options(words: Sequence[str]) -> argparse.Namespace:
     """What the words ask for. Raises InputError for what they may not be, with the help of their command."""
     for word in words:
@@ -126,7 +126,6 @@ def _no_text(word: str) -> bool:
 def _command(words: Sequence[str]) -> str | None:
     """The command that the words give."""
     return next((word for word in words if not word.startswith("-")), None)
->>>>>>> 641fdda (A stage that was cut is computed again, --force uses nothing of an unfinished run, a full disk leaves no parts, and odd names and numbers are one line)
 
 
 def _print_what_the_console_has() -> None:
