@@ -3,6 +3,7 @@
 import json
 import socket
 import struct
+import time
 from contextlib import AbstractContextManager
 from functools import cache
 
@@ -49,11 +50,13 @@ class Stranger:
         self.send(2, struct.pack(f"<I{len(values)}d", sequence, *values))
 
     def take(self, kind: int) -> bytes:
-        """The body of the next datagram of a kind."""
-        while True:
+        """The body of the next datagram of a kind. Raises TimeoutError where only others come for some seconds."""
+        until = time.monotonic() + 5.0
+        while time.monotonic() < until:
             data = self.socket.recv(65507)
             if data[6] == kind:
                 return data[7:]
+        raise TimeoutError
 
     def silent(self) -> bool:
         self.socket.settimeout(0.05)

@@ -306,6 +306,76 @@ def test_in_real_time_readings_come_by_themselves_and_the_watchdog_closes_the_va
             pass
 
 
+def reached(client, number):
+    """Whether a command of this number has come to act within a second."""
+    until = time.monotonic() + 1.0
+    while time.monotonic() < until:
+        if client.reading()[1] == number:
+            return True
+    return False
+
+
+def test_in_real_time_a_command_of_an_old_session_is_refused_in_words_and_silences_no_new_one():
+    with served(jack_bench(computes=False), lockstep=False) as server, Stranger(server) as client:
+        client.greet()
+        for old in (200, 2**31 - 1, 2**31, 2**32 - 1):
+            client.switch(1)
+            client.command(old, 0.5)
+            assert client.take(6).startswith(b"old: command %d " % old)
+            client.command(1, 0.0)
+            assert reached(client, 1)
+            client.switch(0)
+        client.switch(1)
+        client.command(100, 0.0)  # as many as may have been lost
+        assert reached(client, 100)
+        client.command(99, 0.5)
+        assert client.take(6).startswith(b"old: command 99 comes after 100, ")
+        assert server.rig.command[0] == 0.0
+
+
+def test_in_real_time_a_session_goes_on_after_a_loss_and_past_the_last_number():
+    with served(jack_bench(computes=False), lockstep=False) as server, Stranger(server) as client:
+        client.greet()
+        client.switch(1)
+        while client.reading()[2] < 100:
+            pass
+        last = 0
+        for number, taken in ((65536, True), (65536 + 65537, False), (2**31 + 5, False), (65537, True)):
+            client.command(number, 0.0)
+            last = number if taken else last
+            if not taken:
+                assert client.take(6).startswith(b"old: command %d comes after %d" % (number, last))
+            assert reached(client, last)
+        server.rig.job.sequence = 2**32 - 2
+        for number in (2**32 - 1, 0, 1):
+            client.command(number, 0.0)
+            assert reached(client, number)
+
+
+def test_a_flood_of_old_commands_makes_no_rig_in_real_time_stand_still():
+    """It may ask Python once a period, and so its clock and its watchdog go on."""
+    with served(jack_bench(computes=False), lockstep=False) as server, Stranger(server) as client:
+        client.greet()
+        client.switch(1)
+        client.command(5, 0.0)
+        assert reached(client, 5)
+        begun, first = time.monotonic(), server.rig.job.tick
+        while time.monotonic() - begun < 0.5:
+            for _ in range(20):
+                client.command(4, 0.5)
+            time.sleep(1e-4)
+        periods = (time.monotonic() - begun) / RIG.period.value
+        assert server.rig.job.tick - first > 0.8 * periods - 50
+        assert server.rig.command[0] == 0.0
+
+
+def test_the_workbenchs_client_counts_past_the_last_number():
+    with served(jack_bench()) as server, LinkClient(at(server)) as client:
+        client.on()
+        server.rig.job.sequence = client._sequence = 2**32 - 2
+        assert [client.exchange((0.0,)).sequence for _ in range(3)] == [2**32 - 1, 0, 1]
+
+
 def test_a_client_that_has_switched_the_rig_off_makes_room_at_once():
     with served(jack_bench()) as server, Stranger(server) as client, Stranger(server) as other:
         client.greet()

@@ -90,9 +90,10 @@ class LinkClient:
 
     def exchange(self, values: Sequence[float]) -> Reading:
         """Send a command; the next reading. In lockstep what was lost is asked for again. Raises LinkLost."""
-        packet, self.asked = datagrams.command(self._sequence + 1, values), (self.asked[0], values[0])
+        number = (self._sequence + 1) % 2**32
+        packet, self.asked = datagrams.command(number, values), (self.asked[0], values[0])
         self._send(packet)
-        self._sequence += 1  # now, so that a number that an interrupt keeps from being sent is the next one's
+        self._sequence = number  # now, so that a number that an interrupt keeps from being sent is the next one's
         if not self.hello.lockstep:
             reading = self._reading(max(_PATIENCE, _READINGS_LOST * self.hello.period))
             if reading is None:

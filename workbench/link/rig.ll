@@ -584,7 +584,9 @@ refill:
   ret i64 2
 }
 
-; A datagram that came in real time: 1 where Python has to see it; of strangers at most one in a period.
+; A datagram that came in real time: 1 where Python has to see it; of strangers, and of old commands, at most one in a
+; period. Taken is what is ahead of the last command by at most 65,536, and in the first 100 periods no sequence number
+; beyond 100 and the periods gone: that is an old session's.
 define internal i64 @heard(ptr %job, i64 %now) nounwind {
 entry:
   %what = call i64 @judge(ptr %job)
@@ -600,11 +602,20 @@ command:
   %last = trunc i64 %last64 to i32
   %ahead = sub i32 %its, %last
   %newer = icmp sgt i32 %ahead, 0
-  br i1 %newer, label %take, label %old
-old:
+  br i1 %newer, label %bounded, label %overtaken
+overtaken:
   set overtaken, 1
-  call void @drop(ptr %job)
-  ret i64 0
+  br label %refused
+bounded:
+  %leap = icmp ugt i32 %ahead, 65536
+  %tick = get tick
+  %wide = zext i32 %its to i64
+  %since = add i64 %tick, 100
+  %young = icmp slt i64 %tick, 100
+  %early = icmp sgt i64 %wide, %since
+  %stale = and i1 %young, %early
+  %old = or i1 %leap, %stale
+  br i1 %old, label %refused, label %take
 take:
   call void @take(ptr %job)
   set fresh, 1
@@ -620,6 +631,14 @@ python:
   %owner = and i1 %same, %some
   br i1 %owner, label %matter, label %stranger
 matter:
+  ret i64 1
+refused:
+  %this = get periods
+  %told = get refused
+  %again = icmp eq i64 %this, %told
+  br i1 %again, label %drop, label %tell
+tell:
+  set refused, %this
   ret i64 1
 stranger:
   %period = get periods

@@ -148,7 +148,11 @@ class RigServer:
             return "the rig is off; switch it on first"
         if not all(abs(value) < float("inf") for value in read[1]):
             return "a command is not finite"
-        return f"command {read[0]} is not the next one, {self.rig.job.sequence + 1}"
+        last, tick = self.rig.job.sequence, self.rig.job.tick
+        if self._lockstep:
+            return f"command {read[0]} is not the next one, {last + 1}"
+        when = f'command {read[0]} comes after {last}, {tick} periods after "on"'
+        return f"old: {when}; a session counts its commands one by one, from 1 on"
 
     def _greet(self, sender: Address, token: bytes) -> None:
         """The hello of a client: it owns the rig from now on, unless another one does."""

@@ -205,7 +205,7 @@ class ServedRig:
         job.period, job.period_ns = bench.period, round(bench.period * 1e9)
         job.states, job.commands, job.channels = bench.plant.n, bench.plant.commands, len(bench.channels)
         job.limits, job.normal_row, job.normal_rows = len(bench.limits), _ROWS, _ROWS
-        job.reading_size, job.asked = len(self._arrays["reading"]), -1
+        job.reading_size, job.asked, job.refused = len(self._arrays["reading"]), -1, -1
         job.watchdog = max(_LEAST_WATCHDOG, round(_WATCHDOG / bench.period))
         job.jitter_bins = job.age_bins = _BINS
         job.clock_id, job.dontwait = time.CLOCK_MONOTONIC, getattr(socket, "MSG_DONTWAIT", 0)
