@@ -1,13 +1,14 @@
 """Foreign formats, each made by its own library or by hand, are read with their names, units, clocks and gaps."""
 
-import importlib
+import importlib.util
 import re
-import sys
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from workbench.base import contained
 from workbench.base.errors import InputError
 from workbench.records.foreign import column, open_foreign, write_parts
 from workbench.records.foreign.csv_text import read_csv
@@ -89,6 +90,34 @@ def test_times_of_day_alone_go_on_after_midnight(tmp_path):
     np.testing.assert_allclose(numbers["Uhrzeit"], np.arange(40) / 10, atol=1e-9)
 
 
+STAMPS = [f"2025-03-21 10:00:00.{i:03d}" for i in range(40)]
+
+
+@pytest.mark.parametrize("separator", ["\t", ";", ",", "|", " "])
+@pytest.mark.parametrize("columns", [1, 3])
+def test_a_date_and_its_time_in_one_cell_count_once(tmp_path, separator, columns):
+    head = separator.join(["Datum Zeit", *(f"x{i}" for i in range(columns))])
+    rows = [separator.join([stamp, *(f"{i}.5" for _ in range(columns))]) for i, stamp in enumerate(STAMPS)]
+    (tmp_path / "a.txt").write_text("\n".join([head, *rows]))
+    _, numbers, _ = table(tmp_path / "a.txt")
+    assert list(numbers) == ["Datum Zeit", *(f"x{i}" for i in range(columns))]
+    np.testing.assert_allclose(numbers["Datum Zeit"], np.arange(40) / 1000, atol=1e-9)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["LF", "CRLF", "CR"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_lines_break_where_the_parser_breaks_them(tmp_path, end, encoding):
+    feeds = "\x0b\x0c\x1c\x1d\x1e\x85\u2028"
+    head = [f"page{feeds}of a printer", 'Operator;"Bob', "", '"Zeit\n[s]";"Weg\nder Stange\n[mm]";"Bemerkung"']
+    remarks = ['"two\nlines"' if i % 7 == 3 else "-x-" for i in range(40)]
+    rows = [f"{chr(12) if i % 10 == 5 else ''}{i / 100};{i / 2};{remark}" for i, remark in enumerate(remarks)]
+    (tmp_path / "a.csv").write_bytes("\n".join([*head, *rows, ""]).replace("\n", end).encode(encoding))
+    units, numbers, parts = table(tmp_path / "a.csv")
+    assert units == {"Zeit [s]": "s", "Weg der Stange [mm]": "mm"}
+    np.testing.assert_allclose(numbers["Zeit [s]"], np.arange(40) / 100)
+    assert any("left out, no numbers: Bemerkung" in note for note in parts[0].notes)
+
+
 def test_gaps_broken_rows_and_a_rate_above_the_table_are_said(tmp_path):
     rows = lines(";").splitlines()
     rows[5], rows[9] = rows[9].rsplit(";", 1)[0] + ";NaN", "broken"
@@ -141,6 +170,127 @@ def test_a_structure_with_time_of_simulink(tmp_path):
     assert list(units) == ["t", "Weg", "Ventil"]
     np.testing.assert_allclose(numbers["Weg"], X)
     np.testing.assert_allclose(numbers["t"], T)
+
+
+def cells(*parts):
+    array = np.empty(len(parts), object)
+    array[:] = parts
+    return array
+
+
+def paired(*pairs):
+    array = np.empty((len(pairs), 2), object)
+    for row, pair in zip(array, pairs, strict=True):
+        row[:] = pair
+    return array
+
+
+MATRIX = np.column_stack((T, U, X))
+SHEET = np.vstack([np.array([["Zeit [s]", "Soll [V]", "Weg [mm]"]], object), MATRIX.astype(object)])
+REMARKS = np.array([["Remark"], *(["good"] for _ in T)], object)
+NAMES, UNITS = cells("Zeit", "Soll", "Weg"), cells("s", "V", "mm")
+
+
+@pytest.mark.parametrize(
+    "variables",
+    [
+        {"data": MATRIX, "names": NAMES, "units": UNITS},
+        {"A": {"data": MATRIX, "colheaders": cells("Zeit [s]", "Soll [V]", "Weg [mm]")}},
+        {"y": MATRIX.T, "labels": np.array(["Zeit (s)", "Soll (V)", "Weg (mm)"])},
+        {"log": {"c": cells(T, U, X), "channels": NAMES, "einheiten": UNITS}},
+        {"log": paired(("Zeit [s]", T), ("Soll [V]", U), ("Weg [mm]", X))},
+        {"raw": SHEET},
+        {"raw": np.hstack((SHEET, REMARKS))},
+        {"a": MATRIX[:, :1], "b": MATRIX[:, 1:], "b_names": NAMES[1:], "b_units": UNITS[1:], "note": "a day"},
+    ],
+    ids=["matrix", "importdata", "letters", "cells", "pairs", "a sheet", "remarks", "two matrices"],
+)
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_what_stands_beside_numbers_names_them(tmp_path, variables, version):
+    from scipy.io import savemat
+
+    if version == "5":
+        savemat(tmp_path / "a.mat", variables)
+    else:
+        save_7_3(tmp_path / "a.mat", variables)
+    units, numbers, _ = table(tmp_path / "a.mat")
+    assert [name_of(cell) for cell in units] in (["Zeit", "Soll", "Weg"], ["a", "Soll", "Weg"])
+    assert list(units.values())[1:] == ["V", "mm"]
+    for values, expected in zip(numbers.values(), (T, U, X), strict=True):
+        np.testing.assert_array_equal(values, expected)
+
+
+def save_7_3(path, variables):
+    """As MATLAB does: dimensions from the last to the first, cells as references, letters as numbers."""
+    import h5py
+
+    def put(group, name, value):
+        if isinstance(value, dict):
+            inside = group.create_group(name)
+            for key, part in value.items():
+                put(inside, key, part)
+            return
+        value = np.asarray(value)
+        if value.dtype.kind == "U":
+            lines = value.reshape(-1).tolist()
+            letters = np.array([[ord(letter) for letter in line.ljust(max(map(len, lines)))] for line in lines], "u2")
+            group.create_dataset(name, data=letters.T).attrs["MATLAB_class"] = np.bytes_("char")
+        elif value.dtype.kind == "O":
+            store = file.require_group("#refs#")
+            references = np.empty(np.atleast_2d(value).shape, h5py.ref_dtype)
+            for place, part in zip(np.ndindex(references.shape), value.ravel(), strict=True):
+                key = f"r{len(store)}"
+                put(store, key, part)
+                references[place] = store[key].ref
+            group.create_dataset(name, data=references.T, dtype=h5py.ref_dtype)
+        else:
+            group[name] = np.atleast_2d(value).T
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in variables.items():
+            put(file, name, value)
+
+
+@pytest.mark.parametrize(
+    ("scalar", "period"),
+    [
+        ({"fs": 500.0}, 2e-3), ({"SampleRate": 500}, 2e-3), ({"sampling_frequency_kHz": 0.5}, 2e-3),
+        ({"dt": 2e-3}, 2e-3), ({"Ts_ms": 2.0}, 2e-3), ({"Abtastrate": 500}, 2e-3),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("place", ["beside", "structure", "attribute"])
+def test_a_sample_rate_is_the_clock(tmp_path, scalar, period, place):
+    import h5py
+    from scipy.io import savemat
+
+    if place == "attribute":
+        with h5py.File(tmp_path / "a.h5", "w") as file:
+            file["r/u"], file["r/x"] = U, X
+            file["r"].attrs.update(scalar)
+    else:
+        channels = {"u": U, "x": X, "calibration": np.arange(7.0)}
+        savemat(tmp_path / "a.mat", channels | scalar if place == "beside" else {"r": channels | scalar})
+    _, numbers, parts = table(next(tmp_path.glob("a.*")))
+    np.testing.assert_allclose(numbers["t"], period * np.arange(T.size))
+    assert len(numbers) == 3
+    assert any("is the clock: 0.002 s from row to row" in note for note in parts[0].notes)
+
+
+def test_what_is_neither_a_signal_nor_said_of_one_is_named(tmp_path):
+    from scipy.io import savemat
+
+    others = {
+        "gain": 3.0,
+        "fs": 1000.0,
+        "image": np.ones((90, 80)),
+        "people": cells("Ann", "Bob"),
+        "empty": np.zeros(0),
+    }
+    savemat(tmp_path / "a.mat", {"t": T, "x": X, **others})
+    units, _, parts = table(tmp_path / "a.mat")
+    assert list(units) == ["t", "x"]
+    (note,) = parts[0].notes
+    assert all(name in note for name in ("gain = 3", '"fs" = 1000 (there is a clock)', "image", "people", "empty"))
 
 
 def test_matlab_structures_of_version_7_3(tmp_path):
@@ -210,15 +360,36 @@ def test_a_workbook_with_lines_above_the_table(tmp_path):
     assert any('sheet "Sheet" is read, of 2' in note for note in parts[0].notes)
 
 
+def test_typed_cells_of_a_workbook_are_what_they_are(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["Zeit", "Dauer", "Weg\n[mm]", "Kraft [kN]", 'das "alte" Rohr', "gut"])
+    start = datetime(2025, 3, 4, 23, 59, 59, 980_000)
+    for i in range(40):
+        book.active.append(
+            [start + timedelta(milliseconds=i), timedelta(milliseconds=i), i / 8, f"{i},25", '5" lang', i > 3]
+        )
+    book.save(tmp_path / "a.xlsx")
+    units, numbers, _ = table(tmp_path / "a.xlsx")
+    assert list(units) == ["Zeit", "Dauer", "Weg [mm]", "Kraft [kN]", "gut"]
+    np.testing.assert_allclose(numbers["Dauer"], np.arange(40) / 1000, atol=1e-9)
+    np.testing.assert_array_equal(numbers["Weg [mm]"], np.arange(40) / 8)
+    np.testing.assert_array_equal(numbers["Kraft [kN]"], np.arange(40) + 0.25)
+    assert numbers["gut"].sum() == 36
+
+
 @pytest.mark.parametrize(
     ("suffix", "module", "group"),
     [("tdms", "nptdms", "tdms"), ("mf4", "asammdf", "mdf"), ("xlsx", "openpyxl", "xlsx"), ("unv", "pyuff", "uff")],
 )
 def test_a_missing_library_is_asked_for_by_its_group(tmp_path, monkeypatch, suffix, module, group):
     (tmp_path / f"a.{suffix}").write_bytes(b"x" * 100)
-    monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / f"{module}.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(contained, "_idle", [])
     with pytest.raises(InputError, match=rf"pip install 'jackbench\[{group}\]'"):
         open_foreign(tmp_path / f"a.{suffix}")
+    contained._end_all()
 
 
 @pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "tdms", "mf4", "xlsx", "uff", "rsp", "csv.gz"])

@@ -233,6 +233,19 @@ def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
 
 
+def test_what_was_left_out_is_said_on_the_screen_and_on_the_page(tmp_path, capsys):
+    from scipy.io import savemat
+
+    table = columns("steps", {"command": "1", "pa": "bar", "pb": "bar", "position": "mm"})
+    savemat(tmp_path / "a.mat", {"fs": 1000.0, "gain": 3.0, **table})
+    metrics = imported(tmp_path, [str(tmp_path / "a.mat")])
+    assert metrics["ready"]
+    assert set(metrics["signals"]) == {"t", "command", "pa", "pb", "position"}
+    said = 'a.parquet: "fs" = 1000 is the clock: 0.001 s from row to row', "a.parquet: left out, no signals: gain = 3"
+    assert set(said) <= set(capsys.readouterr().out.splitlines())
+    assert "left out, no signals: gain = 3" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_a_robot_s_recording(tmp_path):
     """A clock in ns since 1970, units glued on names and in a row of their own, pressures under a group's name."""
     table = columns("steps", {"t": "ns", "command": "1", "current": "mA", "pa": "bar", "pb": "bar", "position": "mm"})

@@ -260,9 +260,9 @@ def test_a_bad_table_is_refused_in_one_line_that_says_where(tmp_path, header, li
         ("a.csv.gz", b"t [s],command [1]\n0,0\n", "broken or truncated gzip"),
         ("a.csv", b"t [s],command [1],\xb5 [1]\n0,0,0\n", "row 1: the header is not UTF-8"),
         ("a.parquet", b"PAR1 and no more", "broken parquet"),
-        ("a.mat", b"MATLAB 5.0 MAT-file" + b" " * 600, "broken MAT"),
-        ("a.mat", b" " * 512 + b"\x89HDF and no more", "broken MAT"),
-        ("a.mat", b"x", "broken MAT"),
+        ("a.mat", b"MATLAB 5.0 MAT-file" + b" " * 600, "broken mat"),
+        ("a.mat", b" " * 512 + b"\x89HDF and no more", "broken mat"),
+        ("a.mat", b"x", "broken mat"),
         ("a.xls", b"x", "not a known kind of record"),
     ],
 )

@@ -116,7 +116,7 @@ def test_what_is_no_function_of_time_is_left_out_and_said(tmp_path):
         (RESPONSE, "no function of time in it, only 1 of frequency response"),
         ({"data": X + 1j * F}, "only 1 of complex numbers"),
         ({"abscissa_spec_data_type": 18}, "only 1 of abscissa other than time"),
-        ({"abscissa_axis_units_lab": "Hz"}, 'a.uff: broken universal file (unit "Hz" cannot be'),
+        ({"abscissa_axis_units_lab": "Hz"}, 'a.uff: broken uff file (unit "Hz" cannot be'),
         ({"x": -T}, "a time axis that does not rise"),
     ],
 )

@@ -16,6 +16,7 @@ from .errors import InputError, echo, short_path
 WINDOWS = sys.platform == "win32"  # it syncs no folder and no file that is open for reading, renames none in use
 MEBIBYTE = 2**20
 MOST_BYTES = 256 * MEBIBYTE  # of a record, unpacked; it takes several times as much to read it
+MOST_READ = 2 * MOST_BYTES  # of a foreign file that is in memory whole, as doubles
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a pipe would wait for its writer
 _LONGEST_NAME = 100  # bytes; a file's name has two of them, and 255 bytes at most
 _NOT_IN_NAMES = set("/\\") | (set('<>:"|?*') if WINDOWS else set())
@@ -61,6 +62,12 @@ def read_bytes(path: Path, shown: str | None = None, kind: str = "file", most: i
     if len(content) > most:
         raise InputError(f"{named}: more than {most // MEBIBYTE} MiB, too large for a {kind}; split it")
     return content
+
+
+def check_numbers(path: Path, numbers: int, most: int = MOST_BYTES) -> None:
+    """Raises InputError for more numbers than `most` bytes hold as doubles, before they are read."""
+    if 8 * numbers > most:
+        raise InputError(f"{short_path(path)}: {numbers} numbers are more than {most // MEBIBYTE} MiB; split it")
 
 
 def read_json(path: Path) -> Any:

@@ -6,7 +6,7 @@ campaign, sessions     which records of a rig are fitted and which only judge; w
 dated_sessions         a rig's recordings over months
 fingerprint            what says that a campaign is the same one
 read, repair, write    records from files and to files; what is mended on the way
-table, mat, mat5       files as tables of numbers
+table, mat             files as tables of numbers
 columns                which column is which signal
 frequency_sheet        a frequency response as a small table
 sheet_points           a frequency response with gaps, as a record

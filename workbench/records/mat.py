@@ -1,30 +1,28 @@
-"""MATLAB files: version 4 by scipy, version 5 by `mat5`, version 7.3 (an HDF5 file) by h5py."""
+"""MATLAB files: of versions 4 and 5 by scipy, of version 7.3, HDF5 files, by h5py.
 
+scipy's reader, written in C, ends the process at a type that does not exist, as one damaged byte can make it: call
+what reads a file through `contained`.
+"""
+
+from collections.abc import Iterator
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError
-from ..base.files import MEBIBYTE, MOST_BYTES, open_file
-from .mat5 import is_version5, numeric_arrays
+from ..base.files import MOST_READ, check_numbers, open_file
 
 
-def vectors(path: Path) -> dict[str, np.ndarray]:
-    """Every real numeric vector in a .mat file, name -> [n]; scalars, matrices, text and structures are left out.
+def vectors(path: Path) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and numbers [n] of every real vector in a .mat file; scalars, matrices, text and structures are left out.
 
-    Raises InputError for a file that is broken or not MATLAB's, and for vectors of more than MOST_BYTES in all.
+    Raises InputError for more than a record may have, and what its libraries raise for a broken file.
     """
-    hdf5 = is_hdf5(path)
-    try:
-        arrays = _hdf5(path) if hdf5 else numeric_arrays(path) if is_version5(path) else _version4(path)
-    except InputError:
-        raise
-    except Exception as error:  # of either library: struct.error, zlib.error, OSError, TypeError, ValueError ...
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{path}: broken MAT file ({reason}); save it again") from None
-    return {name: values.ravel() for name, values in arrays.items() if _is_vector(values)}
+    arrays = _hdf5(path) if is_hdf5(path) else mat_variables(path)
+    for name, values in arrays.items():
+        if isinstance(values, np.ndarray) and values.dtype.kind in "iuf" and 1 < values.size == max(values.shape):
+            yield name, values.ravel()
 
 
 def is_hdf5(path: Path) -> bool:
@@ -34,10 +32,13 @@ def is_hdf5(path: Path) -> bool:
     return b"\x89HDF" in (head[:4], head[512:516])  # MATLAB puts its own 512 bytes before
 
 
-def _version4(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
+def mat_variables(path: Path, **how: bool) -> dict[str, Any]:
+    """The variables of a file of version 4 or 5 by name, with scipy's options. Raises what scipy does."""
+    from scipy.io import loadmat, whosmat
 
-    return loadmat(path, appendmat=False)
+    check_numbers(path, sum(prod(shape) for _, shape, _ in whosmat(path, appendmat=False)), MOST_READ)
+    variables = loadmat(path, appendmat=False, **how)
+    return {name: value for name, value in variables.items() if not name.startswith("__")}
 
 
 def _hdf5(path: Path) -> dict[str, Any]:
@@ -49,15 +50,5 @@ def _hdf5(path: Path) -> dict[str, Any]:
             for name, item in file.items()
             if isinstance(item, h5py.Dataset) and item.shape and 1 < prod(item.shape) == max(item.shape)
         }
-        _check_size(path, sum(prod(item.shape) for item in items.values()))
+        check_numbers(path, sum(prod(item.shape) for item in items.values()))
         return {name: np.asarray(item[()]) for name, item in items.items()}
-
-
-def _check_size(path: Path, numbers: int) -> None:
-    if 8 * numbers > MOST_BYTES:
-        limit = f"more than {MOST_BYTES // MEBIBYTE} MiB, too large for a record"
-        raise InputError(f"{path}: {numbers} numbers are {limit}; split it")
-
-
-def _is_vector(values: Any) -> bool:
-    return isinstance(values, np.ndarray) and values.dtype.kind in "iuf" and 1 < values.size == max(values.shape)

@@ -2,15 +2,16 @@
 
 import csv
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..base.contained import contained
 from ..base.errors import InputError, clipped, echo
-from ..base.files import MEBIBYTE, MOST_BYTES, open_file, read_bytes
+from ..base.files import check_numbers, open_file, read_bytes
 from .mat import vectors
 
 if TYPE_CHECKING:
@@ -137,36 +138,38 @@ def _floats(column: "pyarrow.ChunkedArray") -> np.ndarray:
 
 
 def _parquet(path: Path) -> DataTable:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        with pq.ParquetFile(path) as file:  # which reads columns of one name, too
-            about = file.metadata
-            if 8 * about.num_rows * about.num_columns > MOST_BYTES:
-                numbers = f"{about.num_rows} rows of {about.num_columns} columns"
-                raise InputError(f"{path}: {numbers} are more than {MOST_BYTES // MEBIBYTE} MiB; split it")
-            table = file.read()
-            names = table.column_names
-    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: broken parquet file ({_first_line(error)}); write it again") from None
+    names, size, *columns = contained(_parquet_columns, path)
     header = _header(path, names)
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
         out = {}
         for cell in cells:
-            place = header.index(cell)
-            kind = table.schema.field(place).type
-            if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
-                raise InputError(f'{path}: column "{cell}": holds {kind}, not numbers; write it as numbers')
-            out[cell] = _floats(table.column(place))
+            out[cell] = columns[header.index(cell)]
+            if isinstance(out[cell], str):
+                raise InputError(f'{path}: column "{cell}": holds {out[cell]}, not numbers; write it as numbers')
         return out
 
-    return DataTable(header, np.arange(1, table.num_rows + 1), read)
+    return DataTable(header, np.arange(1, size + 1), read)
+
+
+def _parquet_columns(path: Path) -> Iterator[list[str] | int | str | np.ndarray]:
+    """The columns' names, the number of rows, and each column: its numbers [rows], or what it holds instead."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(path) as file:  # which reads columns of one name, too
+        check_numbers(path, file.metadata.num_rows * file.metadata.num_columns)
+        table = file.read(use_threads=False)
+    yield table.column_names
+    yield table.num_rows
+    for column in table.columns:
+        kind = column.type
+        is_numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)
+        yield _floats(column) if is_numeric else str(kind)
 
 
 def _mat(path: Path) -> DataTable:
-    variables = vectors(path)
+    variables = dict(contained(vectors, path))
     arrays = dict(zip(_header(path, list(variables)), variables.values(), strict=True))
 
     def read(cells: Sequence[str]) -> dict[str, np.ndarray]:
@@ -178,7 +181,3 @@ def _mat(path: Path) -> DataTable:
         return {cell: np.array(arrays[cell], dtype=float) for cell in cells}
 
     return DataTable(tuple(arrays), np.arange(1, max((values.size for values in arrays.values()), default=0) + 1), read)
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

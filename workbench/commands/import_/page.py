@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...identify.columns.guess import ColumnGuess
 from ...identify.columns.roles import Roles
 from ...records.foreign import Part
@@ -33,13 +34,19 @@ def metrics(guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part],
 
 
 def column_lines(numbers: Mapping[str, Any]) -> str:
-    """One line a column, for a terminal."""
+    """One line a column, for a terminal, then how the files were read."""
     rows = [
         [c["column"], c["unit"] or "", c["low"], c["high"], f"{100 * c['missing']:.2g} %", c["picture"],
          c["signal"] or "left out", c["confidence"] or ""]
         for c in numbers["columns"]
     ]  # fmt: skip
-    return table_text(Table("", ["column", "unit", "low", "high", "missing", "picture", "signal", "how sure"], rows))
+    heads = ["column", "unit", "low", "high", "missing", "picture", "signal", "how sure"]
+    files: dict[str, list[str]] = {}
+    for file in numbers["files"]:
+        for note in file["notes"]:
+            files.setdefault(note, []).append(file["file"])
+    notes = [f"{names[0] if len(names) == 1 else counted(len(names), 'file')}: {note}" for note, names in files.items()]
+    return "\n".join([table_text(Table("", heads, rows)), *notes])
 
 
 def _row(guess: ColumnGuess) -> dict[str, Any]:

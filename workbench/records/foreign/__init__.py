@@ -4,7 +4,7 @@ source        what every format is read into: headed columns of numbers, block b
 open          a file by its suffix
 csv_shape, csv_text    text of numbers: its layout; its rows in chunks
 parquet       tables of another maker
-matlab, hdf5, nested    structures: what lies beside a clock belongs to it
+matlab, hdf5, nested, labels    structures: what lies beside a clock belongs to it; names and rates beside numbers
 rpc           drive files and responses of test rigs
 tdms, mdf, xlsx, uff, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock

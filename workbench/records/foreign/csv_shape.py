@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from ...base.errors import InputError, short_path
@@ -22,6 +23,8 @@ _MISSING = {*MISSING, "-", "--", "---"}
 _MARKS = ("#", "%", "//", "!")  # before a line that is a comment
 _SIDE = re.compile(r"[AB12]", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]{3}")
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")  # as the parser ends them: not at form feeds
+_MOST_BREAKS = 20  # lines of a row
 _SURE_ROWS = 3  # rows of numbers in a row: there the table begins
 _RATE = re.compile(
     r"\b(?:sampl\w*|abtast|scan|taux|fr[eé]quence d.[eé]chantillonnage|fs)\w*[ _]*(?:rate|frequency|freq|frequenz)?"
@@ -36,7 +39,10 @@ _PERIODS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 class CsvShape:
     """Layout of a text file. `kinds` are "number", "stamp" or "text" by column; `skipped` lines come before the rows.
 
-    period: s from row to row, where a line before the table says it.
+    period        s from row to row, where a line before the table says it
+    plus          numbers have plus signs
+    feeds         there are form feeds
+    broken_cells  cells in quotes may have line breaks
     """
 
     encoding: str
@@ -47,16 +53,22 @@ class CsvShape:
     kinds: tuple[str, ...]
     period: float | None
     plus: bool
+    feeds: bool
+    broken_cells: bool
     notes: tuple[str, ...]
 
 
-def csv_shape(path: Path, head: bytes, whole: bool) -> CsvShape:
-    """The layout, from the first bytes of a file; `whole`: these are all. Raises InputError where there is no table."""
+def csv_shape(path: Path, head: bytes, whole: bool, known: str | None = None) -> CsvShape:
+    """The layout, from the first bytes of a file; `whole`: these are all; `known`: the separator, where it is.
+
+    Raises InputError where there is no table.
+    """
     encoding = _encoding(head)
     text = head.decode(encoding, errors="replace").lstrip("\ufeff")
-    lines = text.splitlines()
+    lines = _LINE.findall(text)
     lines = lines if whole or len(lines) < 2 else lines[:-1]  # the last one may be cut
-    delimiter, rows = max(((d, _rows(lines, d)) for d in _DELIMITERS), key=lambda split: _score(split[1]))
+    splits = [(delimiter, *_rows(lines, delimiter)) for delimiter in ((known,) if known else _DELIMITERS)]
+    delimiter, rows, ends = max(splits, key=lambda split: _score(split[1]))
     width = _width(rows)
     body = _body(rows, width)
     if body is None:
@@ -72,12 +84,14 @@ def csv_shape(path: Path, head: bytes, whole: bool) -> CsvShape:
         encoding=encoding,
         delimiter=delimiter,
         decimal=_decimal(cells),
-        skipped=body,
+        skipped=ends[body - 1] if body else 0,
         headings=headings,
         kinds=kinds,
-        period=_period("\n".join(lines[:body])),
+        period=_period("".join(lines[: ends[body - 1] if body else 0])),
         plus=any(cell.startswith("+") for cell in cells),
-        notes=(*notes, *_said(encoding, delimiter, _decimal(cells))),
+        feeds="\f" in text,
+        broken_cells=ends[-1] - ends[body] > len(rows) - 1 - body,
+        notes=(*notes, *_said(encoding, delimiter, _decimal(cells), known)),
     )
 
 
@@ -99,17 +113,28 @@ def _encoding(head: bytes) -> str:
     return "cp1252"
 
 
-def _rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+def _rows(lines: Sequence[str], delimiter: str) -> tuple[list[list[str]], list[int]]:
+    """The rows, and the number of lines up to the end of each: a row with line breaks in quotes takes several."""
+    rows: list[list[str]] = []
+    ends = [0]
+    while ends[-1] < len(lines):
+        cells, taken = _row(lines[ends[-1] : ends[-1] + _MOST_BREAKS], delimiter)
+        rows.append([" ".join(cell.split()) for cell in cells])
+        ends.append(ends[-1] + taken)
+    return rows, ends[1:]
+
+
+def _row(lines: Sequence[str], delimiter: str) -> tuple[list[str], int]:
+    """The cells of the first row, and how many lines it takes."""
     if delimiter == BLANKS:
-        return [line.split() for line in lines]
-    return [[cell.strip() for cell in _split(line, delimiter)] for line in lines]
-
-
-def _split(line: str, delimiter: str) -> list[str]:
+        return lines[0].split(), 1
+    if '"' not in lines[0]:
+        return lines[0].split(delimiter), 1
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
     try:
-        return next(csv.reader([line], delimiter=delimiter), [])
+        return next(reader), reader.line_num
     except csv.Error:
-        return line.split(delimiter)
+        return lines[0].split(delimiter), 1
 
 
 def _is_number(cell: str) -> bool:
@@ -117,9 +142,11 @@ def _is_number(cell: str) -> bool:
 
 
 def _score(rows: Sequence[Sequence[str]]) -> int:
-    """Numbers in rows of the most frequent width: the right separator gives most."""
+    """Numbers and stamps in rows of the most frequent width, a date and the time after it as one: the right separator
+    gives most."""
     width = _width(rows)
-    return sum(_is_number(cell) or is_stamp(cell) for row in rows if len(row) == width for cell in row)
+    numeric = [[_is_number(cell) or 2 * is_stamp(cell) for cell in row] for row in rows if len(row) == width]
+    return sum(sum(map(bool, row)) - sum(map((2, 2).__eq__, pairwise(row))) for row in numeric)
 
 
 def _width(rows: Sequence[Sequence[str]]) -> int:
@@ -216,8 +243,8 @@ def _period(text: str) -> float | None:
     return None
 
 
-def _said(encoding: str, delimiter: str, decimal: str) -> list[str]:
+def _said(encoding: str, delimiter: str, decimal: str, known: str | None) -> list[str]:
     names = {"\t": "tabs", ";": "semicolons", "|": "bars", BLANKS: "blanks"}
     said = [f"read as {encoding}"] if encoding != "utf-8" else []
-    said += [f"cells separated by {names[delimiter]}"] if delimiter in names else []
+    said += [f"cells separated by {names[delimiter]}"] if delimiter in names and not known else []
     return said + (["decimal commas"] if decimal == "," else [])

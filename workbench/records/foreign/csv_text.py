@@ -46,13 +46,16 @@ def read_csv(path: Path, chunk: int = CHUNK) -> Source:
     return read_text(path, opened, chunk)
 
 
-def read_text(path: Path, opened: Opened, chunk: int = CHUNK) -> Source:
-    """The same of text that `opened` gives as bytes, as often as it is asked; `path` is what messages name."""
+def read_text(path: Path, opened: Opened, chunk: int = CHUNK, delimiter: str | None = None) -> Source:
+    """The same of text that `opened` gives as bytes, as often as it is asked; `path` is what messages name.
+
+    delimiter: what separates the cells, where that is known.
+    """
     with opened() as file:
         head = _readable(path, lambda: file.read(HEAD + 1))
     if not head:
         raise InputError(f"{short_path(path)}: the file is empty; record or export it again")
-    shape = csv_shape(path, head[:HEAD], len(head) <= HEAD)
+    shape = csv_shape(path, head[:HEAD], len(head) <= HEAD, delimiter)
     places = [place for place, kind in enumerate(shape.kinds) if kind != "text"]
     left = [shape.headings[place].cell for place, kind in enumerate(shape.kinds) if kind == "text"]
     notes = [*shape.notes, *([f"left out, no numbers: {', '.join(left)}"] if left else [])]
@@ -109,7 +112,7 @@ def _reader(
             skip_rows=shape.skipped,
             column_names=[str(place) for place in range(len(shape.headings))],
         ),
-        pacsv.ParseOptions(delimiter=shape.delimiter, invalid_row_handler=skip),
+        pacsv.ParseOptions(delimiter=shape.delimiter, invalid_row_handler=skip, newlines_in_values=shape.broken_cells),
         pacsv.ConvertOptions(
             column_types=kinds, include_columns=list(kinds), null_values=_NULLS, decimal_point=shape.decimal
         ),
@@ -123,6 +126,8 @@ def _stream(file: BinaryIO, shape: CsvShape) -> "pyarrow.NativeFile":
     steps: list[Callable[[bytes], bytes]] = []
     if shape.delimiter == BLANKS:
         steps.append(lambda lines: _EDGES.sub(b"", _BLANKS.sub(b" ", lines)))
+    if shape.feeds:
+        steps.append(lambda lines: lines.replace(b"\f", b""))
     if shape.plus:
         steps.append(lambda lines: _PLUS.sub(rb"\1", lines))
     plain = pa.PythonFile(file, mode="r")

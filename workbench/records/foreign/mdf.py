@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.errors import InputError, short_path
+from ...base.files import MOST_READ, check_numbers
 from .clocks import Group, on_one_clock
 from .optional import needed
 from .source import Source
@@ -16,14 +16,12 @@ if TYPE_CHECKING:
 
 
 def read_mdf(path: Path) -> Source:
-    """Every channel of numbers. Raises InputError where asammdf is missing, and for a broken file."""
+    """Every channel of numbers. Raises InputError where asammdf is missing, and for more than there is memory for."""
     asammdf = needed("asammdf", "mdf")
-    try:
-        with asammdf.MDF(path) as file:
-            groups = [group for index in range(len(file.groups)) if (group := _group(file, index)) is not None]
-    except Exception as error:  # of the library: MdfException, struct.error, ValueError, KeyError ...
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{short_path(path)}: broken MDF file ({reason}); record or export it again") from None
+    with asammdf.MDF(path) as file:
+        numbers = sum(len(group.channels) * group.channel_group.cycles_nr for group in file.groups)
+        check_numbers(path, numbers, MOST_READ)
+        groups = [group for index in range(len(file.groups)) if (group := _group(file, index)) is not None]
     return on_one_clock(groups, [])
 
 

@@ -1,7 +1,7 @@
 """Numbers in nested structures, as MATLAB and HDF5 files have them: what lies beside a clock belongs to it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,14 +40,15 @@ def groups_of(tree: Tree, where: str = "") -> list[Group]:
     inside = [
         g for name, part in tree.items() if isinstance(part, Mapping) for g in groups_of(part, _path(where, name))
     ]
-    if clock is not None and "signals" in lower:  # of Simulink: a structure with time
+    if clock is not None and isinstance(lower.get("signals"), Mapping):  # of Simulink: a structure with time
         return [*(g if g.t is not None else _with_time(g, clock) for g in inside)]
     lengths: dict[int, list[tuple[str, Leaf]]] = {}
     for name, part in tree.items():
         if isinstance(part, Leaf):
             lengths.setdefault(part.values.shape[0], []).append((_path(where, name), part))
-    if data is not None and len(lengths) == 1 and not inside:  # of a channel without a clock of its own
-        return [_plain(where, [(_told(lower, _NAMES) or where, Leaf(data.values, data.unit or _told(lower, _UNITS)))])]
+    if data is not None and sum(map(len, lengths.values())) == 1 and not inside:  # a channel without its own clock
+        channel = replace(data, unit=data.unit or _told(lower, _UNITS))
+        return [_plain(where, [(_told(lower, _NAMES) or where or "data", channel)])]
     return [*(_plain(where, leaves) for leaves in lengths.values()), *inside]
 
 

@@ -1,16 +1,21 @@
 """A foreign file by its suffix."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
+
+from ...base.contained import contained
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
 from .epochs import since_first_row
 from .source import Source
 
+_TEXT = "csv_text:read_csv"
 READERS: Mapping[str, str] = {
-    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".csv.gz", ".txt.gz"), "csv_text:read_csv"),
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".csv.gz", ".txt.gz"), _TEXT),
     ".mat": "matlab:read_mat",
     **dict.fromkeys((".h5", ".hdf5", ".hdf"), "hdf5:read_hdf5"),
     ".parquet": "parquet:read_parquet",
@@ -42,8 +47,35 @@ def check_foreign(path: Path) -> None:
 
 
 def open_foreign(path: Path) -> Source:
-    """Open a recording of any known kind. Raises InputError for one that is missing, empty, broken or unknown."""
+    """Open a recording of any known kind. Raises InputError for one that is missing, empty, broken or unknown.
+
+    Text is read here, all else in a process of its own.
+    """
     check_foreign(path)
+    if READERS[suffix_of(path)] == _TEXT:
+        return _read(path)
+    pieces = contained(_pieces, path)
+    source: Source = next(pieces)
+
+    def blocks() -> Iterator[Sequence[np.ndarray]]:
+        for piece in pieces:
+            if not isinstance(piece, Source):
+                yield piece
+            else:
+                source.notes[:] = piece.notes
+
+    return replace(source, blocks=blocks())
+
+
+def _read(path: Path) -> Source:
     module, name = READERS[suffix_of(path)].split(":")
     reader: Callable[[Path], Source] = getattr(import_module(f".{module}", __package__), name)
     return since_first_row(reader(path))
+
+
+def _pieces(path: Path) -> Iterator[Source | Sequence[np.ndarray]]:
+    """What is known of a recording, its blocks, and what is known when these have been read."""
+    source = _read(path)
+    yield replace(source, blocks=iter(()))
+    yield from source.blocks
+    yield replace(source, blocks=iter(()))

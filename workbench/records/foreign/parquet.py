@@ -5,21 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.errors import InputError, short_path
+from ...base.files import MOST_READ, check_numbers
 from .source import Source, unique_headings
 from .unit_names import heading_of
 
 
 def read_parquet(path: Path) -> Source:
-    """The columns of numbers. Raises InputError for a broken file."""
-    import pyarrow as pa
+    """The columns of numbers. Raises what pyarrow does for a broken file."""
     import pyarrow.parquet as pq
 
-    try:
-        file = pq.ParquetFile(path)
-    except (pa.ArrowException, OSError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{short_path(path)}: broken parquet file ({reason}); write it again") from None
+    file = pq.ParquetFile(path)
+    check_numbers(path, file.metadata.num_rows * file.metadata.num_columns, 16 * MOST_READ)
     kinds = {field.name: field.type for field in file.schema_arrow}
     names = [name for name, kind in kinds.items() if _is_numeric(kind)]
     left = [name for name in kinds if name not in names]

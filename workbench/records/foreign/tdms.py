@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.errors import InputError, short_path
-from ...base.files import open_file
+from ...base.files import MOST_READ, check_numbers, open_file
 from .clocks import Group, on_one_clock
 from .optional import needed
 from .source import Heading, Source
@@ -19,14 +18,11 @@ _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(path: Path) -> Source:
-    """Every channel of numbers. Raises InputError where npTDMS is missing, and for a broken file."""
+    """Every channel of numbers. Raises InputError where npTDMS is missing, and for more than there is memory for."""
     tdms = needed("nptdms", "tdms")
-    try:
-        with open_file(path, kind="recording") as stream, tdms.TdmsFile.open(stream) as file:
-            groups = [part for group in file.groups() for part in _groups(group)]
-    except Exception as error:  # of the library: ValueError, KeyError, EOFError, struct.error ...
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{short_path(path)}: broken TDMS file ({reason}); record or export it again") from None
+    with open_file(path, kind="recording") as stream, tdms.TdmsFile.open(stream) as file:
+        check_numbers(path, sum(len(channel) for group in file.groups() for channel in group.channels()), MOST_READ)
+        groups = [part for group in file.groups() for part in _groups(group)]
     return on_one_clock(groups, [])
 
 

@@ -30,18 +30,14 @@ _TIME, _UNKNOWN = 17, (0, 1)  # specific data types of an abscissa
 def read_uff(path: Path) -> Source:
     """Every real function of time; what else is in the file is noted and left out.
 
-    Raises InputError where pyuff is missing, for a broken file, and for one without such a function.
+    Raises InputError where pyuff is missing and for a file without such a function, ValueError for a broken one.
     """
     pyuff = needed("pyuff", "uff")
-    try:
-        _check_end(path)
-        functions = _functions(pyuff.UFF(str(path)))
-        reasons = Counter(reason for function in functions if (reason := _reason(function)))
-        told = [function for function in functions if not _reason(function)]
-        groups = _groups(told)
-    except Exception as error:  # of the library: a bare Exception; of this module: ValueError, InputError of a unit
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{short_path(path)}: broken universal file ({reason}); export it again") from None
+    _check_end(path)
+    functions = _functions(pyuff.UFF(str(path)))
+    reasons = Counter(reason for function in functions if (reason := _reason(function)))
+    told = [function for function in functions if not _reason(function)]
+    groups = _groups(told)
     others = ", ".join(f"{count} of {reason}" for reason, count in reasons.items())
     if not told:
         found = f"only {others}" if others else "no data set 58"
@@ -99,9 +95,12 @@ def _groups(functions: Sequence[Mapping[str, Any]]) -> list[Group]:
 
 
 def _seconds(function: Mapping[str, Any]) -> np.ndarray:
-    """The abscissa [n], s. Raises ValueError where it does not rise, InputError for a unit that is not of time."""
+    """The abscissa [n], s. Raises ValueError where it does not rise, or its unit is not of time."""
     unit = function["abscissa_axis_units_lab"]
-    t = to_si(function["x"], plain_unit(unit), "s") if _is_told(unit) else np.asarray(function["x"], dtype=float)
+    try:
+        t = to_si(function["x"], plain_unit(unit), "s") if _is_told(unit) else np.asarray(function["x"], dtype=float)
+    except InputError as error:
+        raise ValueError(str(error)) from None
     if not np.all(np.diff(t) > 0):
         raise ValueError("a time axis that does not rise")
     return t
