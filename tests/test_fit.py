@@ -10,6 +10,7 @@ import pytest
 from made_campaigns import campaign, rubbing, rubbing_campaign, written
 
 from workbench.base.errors import InputError
+from workbench.base.words import listed
 from workbench.cli import main
 from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
@@ -77,6 +78,7 @@ def test_what_is_not_seen_and_what_is_at_an_end_is_said():
     for words in (
         "the model misses something",
         "At an end of its range: ",
+        f"{listed(outcome.metrics['pinned'])} are pinned: without bounds no fit moves them.",
         "Not seen by these records: S, xmid, ke",
         "not seen",
     ):

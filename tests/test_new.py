@@ -9,6 +9,7 @@ import pytest
 from workbench.cli import main
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.tune.config import load_tune
+from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig_file import bundled, load_rig
 
 
@@ -63,6 +64,24 @@ def test_a_datasheet_is_asked_for_and_gives_a_rig_with_first_gains(tmp_path, mon
     for row in json.loads(Path("out/step/metrics.json").read_text())["rows"]:
         assert row["stable"]
         assert row["gain_margin_db"] > 6
+
+
+def test_at_most_is_an_answer_for_leakage_and_hysteresis(tmp_path, monkeypatch):
+    """Makers state both as what they are at most: half of it is taken, and all up to it allowed."""
+    monkeypatch.chdir(tmp_path)
+    answers = TWO_STAGE.replace("1 l/min\n", "at most 1 l/min\n", 1) + "< 3 %\n"
+    rigs = {}
+    for name, text in {"plain": TWO_STAGE.replace("1 l/min", "0.5 l/min", 1), "most": answers}.items():
+        monkeypatch.setattr("sys.stdin", StringIO(text))
+        assert main(["new", name, "--ask", "two-stage"]) == 0
+        rigs[name] = load_rig(f"{name}/rig.toml").numbers
+    sheet = load_datasheet("most/datasheet.toml")
+    assert sheet.ranges["leakage"] == pytest.approx((0.05 / 6e4, 1 / 6e4))
+    assert sheet.ranges["hysteresis"] == (0.0, 0.03)
+    plain, most = rigs["plain"]["eps"], rigs["most"]["eps"]
+    assert most.value == pytest.approx(plain.value)
+    assert (most.low, most.high) == pytest.approx((plain.value / 10, 2 * plain.value), rel=0.02)
+    assert (rigs["plain"]["z0"].high, rigs["most"]["z0"].high) == pytest.approx((0.02, 0.035))
 
 
 def test_answers_that_end_name_all_that_is_missing_and_leave_nothing(tmp_path, monkeypatch, capsys):

@@ -2,11 +2,13 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_campaigns import LIBRARY, commands, made
 
 from workbench.base.errors import InputError
 from workbench.base.units import from_si, to_si, usual_unit
@@ -14,16 +16,21 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.new_rig import study as new_rig
 from workbench.commands.new_rig.study import run_new_rig
+from workbench.commands.trace.study import run_trace
 from workbench.identify.datasheet import valve_fit as fitting
 from workbench.identify.datasheet.corners import FigureErrors
 from workbench.identify.datasheet.valve_fit import fit_three_stage, second_order_numbers, source_of, unknowns
 from workbench.identify.fit.determined import FIGURE_ERROR, FreeParameter, determine
 from workbench.linear import equilibrium
 from workbench.plant import build
+from workbench.records import Campaign
 from workbench.rigs.datasheet import Response, build_rig, load_datasheet
 from workbench.rigs.datasheet_keys import figures
 from workbench.rigs.jack import JACKS
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig, save_rig
+from workbench.rigs.tolerances import TOLERANCES
 from workbench.rigs.valve import VALVES
 
 SERVO = """
@@ -126,6 +133,45 @@ def test_its_leakage_at_null_is_that_of_the_datasheet(outcome):
     assert leakage == pytest.approx(float(to_si(1, "l/min", "m^3/s")), rel=1e-9)
 
 
+def test_every_number_of_a_datasheet_has_a_tolerance_and_its_source_says_which(outcome, tmp_path):
+    """What is pinned is a count, a scale, or what the rig has none of."""
+    rig = outcome[1]
+    assert {name for name, n in rig.numbers.items() if n.low is None} == {"n", "z3max", "xmid", "ks", "cs"}
+    mass, friction = rig.numbers["M"], rig.numbers["b"]
+    assert (mass.low, mass.high, mass.source) == (190, 210, f"datasheet; +-5 %: {TOLERANCES['M'].why}")
+    assert (friction.low, friction.high) == pytest.approx((friction.value / 10, friction.value * 10))
+    assert friction.source.endswith(f"0.1 to 10 times: {TOLERANCES['b'].why}")
+    assert all(n.low < n.value < n.high for n in rig.numbers.values() if n.low is not None)
+    own = SERVO.replace('M = {value = 200, unit = "kg"}', 'M = {value = 200, unit = "kg", bounds = [199, 230]}')
+    own = own.replace('{value = 40, unit = "l/min"}', '{value = 40, unit = "l/min", bounds = [38, 44]}')
+    sheet = sheet_of(tmp_path, own)
+    stated = build_rig(sheet, second_order_numbers(sheet)).numbers
+    assert (stated["M"].low, stated["M"].high) == (199, 230)
+    assert (stated["K3"].low, stated["K3"].high) == pytest.approx((0.95 * rig["K3"], 1.1 * rig["K3"]))
+
+
+def test_a_trace_names_friction_on_a_rig_whose_numbers_are_off_as_datasheets_are(outcome):
+    """Pinned at the sheet's values, they push each other to their ends and the answer is unknown, or another effect."""
+    off = {"M": 1.04, "Ps": 0.96, "Pr": 2.2, "K3": 1.06, "f0": 0.85, "zeta": 0.7, "eps": 1.8, "b": 0.3, "beta": 0.8}
+    rig = outcome[1]
+    true = rig.with_values(**{name: factor * rig[name] for name, factor in off.items()})
+    friction = EffectUse("jack.friction", "coulomb", {"Fc": Number("Fc", 800.0, "N", "N", "made up")})
+    rubbing, plant = replace(true, effects=(friction,)), build(true)
+    null = float(equilibrium(plant).u[0])
+    sigma = {"pa": 1e4, "pb": 1e4, "position": 2e-5}
+    played = {"still": np.zeros(500), **dict(zip(("steps", "triangle", "sines"), commands(2.0), strict=True))}
+    still, steps, triangle, sines = (
+        made(rubbing, name, null + command, seed, sigma) for seed, (name, command) in enumerate(played.items())
+    )
+    campaign = Campaign(Path("made"), "servo", (still,), (steps, triangle), (sines,))
+    metrics = run_trace(campaign, rig, LIBRARY, no_checkpoint, lambda _: None).metrics
+    assert (metrics["verdict"], metrics["effects"]) == ("named", ["jack.friction"])
+    assert metrics["chi2"]["after"] < 1.2
+    assert metrics["ranking"][0]["parameters"]["Fc [N]"][0] == pytest.approx(800, rel=0.02)
+    assert metrics["base"]["M [kg]"][0] == pytest.approx(1.04 * 200, rel=0.01)
+    assert metrics["pinned"] == []
+
+
 def test_the_rig_can_be_saved_loaded_and_used(outcome, tmp_path):
     rig = outcome[1]
     save_rig(rig, tmp_path / "rig.toml")
@@ -134,7 +180,7 @@ def test_the_rig_can_be_saved_loaded_and_used(outcome, tmp_path):
         assert again[name] == pytest.approx(number.value, rel=1e-12)
         assert again.numbers[name].source == number.source != ""
     assert again.sensors.keys() == rig.sensors.keys() >= {"position", "pa", "pb", "spool"}
-    assert rig.numbers["M"].source == "datasheet"
+    assert rig.numbers["M"].source.startswith("datasheet; ")
     assert rig.numbers["V0A"].source.startswith("estimate")
     full = equilibrium(build(again), command=1.0)
     assert full.speed == pytest.approx(again.limit("speed") / 1.1, rel=0.05)

@@ -160,11 +160,16 @@ def test_contradicted_numbers_of_a_model_that_misses_more_are_not_told_as_sure(m
 
 
 def test_a_number_that_left_its_range_is_a_warning():
-    """Unless the rig file has it there, as it has the leakage Cl."""
+    """Unless the rig file has it there, as it has the leakage Cl. What could not give way stands beside it."""
     assert "Careful" not in named().page.verdict
     fit = replace(found().final.fit, at_bounds=("K3", "Cl", "jack.friction.Fc"))
     said = words.verdict(altered(final=replace(found().final, fit=fit)), None, None)
-    assert said.endswith("Careful: K3 went to the end of what the rig file allows.")
+    assert said.endswith(
+        "Careful: K3 went to the end of what the rig file allows. zeta, AA and AB are pinned: without bounds no fit "
+        "moves them."
+    )
+    assert "pinned" not in named().page.verdict
+    assert "pinned" in unknown().page.verdict
 
 
 def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():

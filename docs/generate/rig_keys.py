@@ -10,6 +10,7 @@ from workbench.rigs.jack import JACKS
 from workbench.rigs.load import LOADS
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import bundled, load_rig
+from workbench.rigs.tolerances import TOLERANCES
 from workbench.rigs.valve import VALVES
 
 from .markdown import code, number, page, plain, table
@@ -32,9 +33,12 @@ FILE.toml` writes a whole file to start from; the numbers of all tables in one l
 _DATASHEET = """What `jackbench new-rig` must be given, by kind of valve and of jack; a file that leaves numbers out is
 refused with the names of all that are missing, and `jackbench new DIR --ask two-stage` asks for them in turn. On top
 stands `experiment = "new-rig"`. Further numbers of `[supply]`, `[oil]`, `[jack]` and `[load]` may be stated as in a
-[rig file](rig_file.md); the others follow from rules of thumb, which the rig file names as their source. A three-stage
+[rig file](rig_file.md); the others follow from rules of thumb, which the rig file names as their source. A number
+without `bounds` gets those of its usual tolerance, and its source in the rig file says which. A three-stage
 valve also names a rig with the printed numbers of such a valve, `valve.like`, and may say under `[valve.rounding]` how
 far each of them may move."""
+_TOLERANCE = """The bounds of a number as factors of its value, or as an amount beside it; a rule of thumb is wrong by
+two either way at least. Numbers that are not listed are exact: a count, a rated current, a scale."""
 _NUMBERS = """Every number that the plant of a rig may have, by name, with the table of the rig file in which it stands,
 its range in SI, and the values of the bundled rigs. `Rig.with_values(b=2000.0)` takes the same names, and so do
 `[draw]`, `[variation.NAME]` and the `numbers` of a session."""
@@ -137,11 +141,18 @@ def _datasheet() -> str:
         if valve.stages and any(figure.stage for figure in figures(valve, None)):
             stages = " and ".join(code(stage) for stage in valve.stages)
             parts += [f"Each of its stages, {stages}, has a `[[valve.response]]`:", spec_table(RESPONSE)]
+        if valve.further_figures:
+            parts += ["It may say, too:", spec_table(valve.further_figures)]
     for jack in JACKS.values():
         wanted = [figure for figure in figures(None, jack) if figure.section == "jack"]
         rows = [[code(f"jack.{f.key}"), *_range(f.spec), plain(f.spec.meaning)] for f in wanted]
         parts += [f'## A jack with `kind = "{jack.name}"`', table(_HEADS, rows)]
-    return page("Datasheet", _DATASHEET, *parts)
+    rows = [
+        [code(name), f"+-{t.beside:g}" if t.beside else f"{t.low:g} to {t.high:g}", t.why]
+        for name, t in TOLERANCES.items()
+    ]
+    usual = table(("number", "within", "because"), rows)
+    return page("Datasheet", _DATASHEET, *parts, "## Usual tolerances", _TOLERANCE, usual)
 
 
 def _numbers() -> str:

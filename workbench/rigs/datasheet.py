@@ -1,12 +1,13 @@
 """Datasheets: what a maker says of a valve, a jack and a load, read from TOML; and a rig of it with the rest estimated.
 
 A file has the tables `supply`, `oil`, `valve` with `[[valve.response]]` (and `[valve.rounding]`), `jack` and `load`;
-every number is `{value, unit, source}`. What a maker does not say of the jack and its oil is a rule of thumb, which
-says so in its source; the sensors are those that such a rig usually has.
+every number is `{value, unit, source, bounds}`. What a maker does not say of the jack and its oil is a rule of thumb,
+which says so in its source; a number without bounds has those of its usual tolerance; the sensors are those that such a
+rig usually has.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from .number import Number, read_number
 from .rig import Rig, number_specs
 from .rig_file import load_rig
 from .sensor import Sensor
+from .tolerances import with_tolerance
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
@@ -47,7 +49,8 @@ class Response:
 
 @dataclass(frozen=True)
 class Datasheet:
-    """A datasheet, SI: `valve` holds its scalar figures by name, `given` the rig's numbers that it states.
+    """A datasheet, SI: `valve` holds its scalar figures by name, `ranges` between what those lie that it states so, and
+    `given` the rig's numbers that it states.
 
     `geometry` is the rig that a three-stage valve's published numbers are taken from, `rounding` how far each of them
     may move, half a unit of its last printed digit. `read` is the file as it was read.
@@ -59,6 +62,7 @@ class Datasheet:
     kind: str
     jack: str
     valve: Mapping[str, float]
+    ranges: Mapping[str, tuple[float, float]]
     responses: tuple[Response, ...]
     given: Mapping[str, Number]
     geometry: Rig | None
@@ -88,7 +92,8 @@ def load_datasheet(path: str | Path) -> Datasheet:
     kind = VALVES[valve.word("kind", [name for name, known in VALVES.items() if known.figures])]
     jack = top.table("jack").word("kind", JACKS)
     like = ("like", "rounding") if kind.needs_geometry else ()
-    valve.allow("kind", "response", *like, *kind.figures)
+    stated = {**kind.figures, **{key: spec for key, spec in kind.further_figures.items() if key in valve}}
+    valve.allow("kind", "response", *like, *kind.figures, *kind.further_figures)
     geometry = _geometry(valve, kind, path.parent) if like else None
     return Datasheet(
         top.text("name", path.stem),
@@ -96,7 +101,8 @@ def load_datasheet(path: str | Path) -> Datasheet:
         top.text("source", ""),
         kind.name,
         jack,
-        {key: valve.quantity(key, spec, "source") for key, spec in kind.figures.items()},
+        {key: valve.quantity(key, spec, "source", "bounds") for key, spec in stated.items()},
+        _ranges(valve, stated),
         _responses(valve, kind),
         _given(top, kind, jack),
         geometry,
@@ -116,12 +122,12 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
     numbers: dict[str, Number] = {}
     for name, spec in specs.items():
         if name in sheet.given or name in valve:
-            numbers[name] = sheet.given.get(name) or valve[name]
+            numbers[name] = with_tolerance(sheet.given.get(name) or valve[name], spec)
         else:
             value, reason = _thumb(name, known, areas)
             estimate = _declared(name, value, spec.unit, f"estimate: {reason}")
             known[name] = estimate.value
-            numbers[name] = _within_a_factor(estimate, 2) if value else estimate
+            numbers[name] = with_tolerance(estimate, spec, factor=2)
     period = _declared("period", 1e-3, "s", "declared here: a usual control period")
     limits, sensors = _limits(known, areas), _sensors(known, areas[0])
     heads = (sheet.name, sheet.title, sheet.source, sheet.kind, corrector, sheet.jack)
@@ -197,11 +203,6 @@ def _declared(name: str, value: float, unit: str, source: str) -> Number:
     return Number(name, _in_digits(value, shown, unit), shown, unit, source)
 
 
-def _within_a_factor(number: Number, factor: float) -> Number:
-    low, high = (_in_digits(end, number.unit, number.si) for end in (number.value / factor, number.value * factor))
-    return replace(number, low=low, high=high)
-
-
 def _rounded(value: float, signal: str) -> float:
     """A sensor's number [SI]."""
     return _in_digits(value, SIGNALS[signal].unit, SIGNALS[signal].si)
@@ -224,6 +225,13 @@ def _given(top: Table, kind: ValveKind, jack: str) -> dict[str, Number]:
             if name in part or name in needed:
                 given[name] = read_number(part, name, spec, "datasheet")
     return given
+
+
+def _ranges(valve: Table, specs: Mapping[str, Spec]) -> dict[str, tuple[float, float]]:
+    """The bounds [SI] of the valve's figures that have some."""
+    bounded = [key for key in specs if isinstance(entry := valve.values[key], Mapping) and "bounds" in entry]
+    numbers = [read_number(valve, key, specs[key]) for key in bounded]
+    return {n.name: (n.low, n.high) for n in numbers if n.low is not None and n.high is not None}
 
 
 def _geometry(valve: Table, kind: ValveKind, folder: Path) -> Rig:

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from ...base.units import from_si
 from ...base.words import counted
 from ...identify.fit.sessions import SessionDifference
-from ...identify.found.fitted import Fitted, fitted_cells
+from ...identify.found.fitted import Fitted, fitted_cells, pinned_sentence
 from ...identify.found.session_fit import SessionFit
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -137,6 +137,8 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     if pushed := [entry.number.name for entry in numbers if entry.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."
         said += " Something that the model lacks may have pushed it there." if missing else ""
+    if pushed or missing:
+        said += pinned_sentence(problem.rig)
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
     together = [" with ".join((", ".join(names[:-1]), names[-1])) for names in groups(metrics["correlations"])]

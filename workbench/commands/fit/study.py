@@ -11,7 +11,7 @@ from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
 from ...identify.fit.session_numbers import session_plants
 from ...identify.found.errors import rms_of
-from ...identify.found.fitted import base_intervals, correlations, fitted, fitted_rig
+from ...identify.found.fitted import base_intervals, correlations, fitted, fitted_rig, pinned
 from ...identify.found.session_fit import session_fits
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.refit import fit_rig, heldout_errors
@@ -78,6 +78,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "rms": rms_of(problem.floor, declared, after),
         "unseen": [entry.number.name for entry in numbers if entry.unseen],
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
+        "pinned": pinned(rig),
         "sessions": sessions_json(differences),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},

@@ -1,5 +1,10 @@
-"""A datasheet asked for on the terminal, a number at a time."""
+"""A datasheet asked for on the terminal, a number at a time.
 
+Makers state leakage and hysteresis as what they are at most: such an answer is taken as the range up to that, and half
+of it. The hysteresis, asked for last, need not be answered.
+"""
+
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -19,7 +24,8 @@ _EXAMPLES = {
     "Pr": "2 bar",
     "rated_flow": "40 l/min",
     "rated_drop": "70 bar",
-    "leakage": "1 l/min",
+    "hysteresis": "at most 3 %; an empty line where it is not stated",
+    "leakage": "1 l/min, or at most 1 l/min",
     "leakage_drop": "210 bar",
     "n": "1",
     "pilot_flow": "20 l/min",
@@ -34,6 +40,9 @@ _EXAMPLES = {
     "S": "500 mm",
     "M": "1000 kg",
 }
+
+_AT_MOST = re.compile(r"(?:at most|up to|below|max(?:imum|\.)?|<=?|\u2264)\s*(?P<end>.+)", re.IGNORECASE)
+_LEAST = {"leakage": 0.05, "hysteresis": 0.0}  # of what a figure is at most, and of which it is half
 
 T = TypeVar("T")
 Ask = Callable[[str], str]
@@ -56,6 +65,13 @@ def asked_datasheet(stages: str, name: str, ask: Ask = input) -> str:
         except EOFError:
             names = ", ".join(_label(figure) for figure in wanted[len(answers) :])
             raise InputError(f"the answers ended before {names}; answer every question") from None
+    for key, spec in kind.further_figures.items():
+        further = Figure("valve", key, spec)
+        try:
+            answer = _asked(ask, _prompt(further), lambda text, of=further: _number(text, of) if text else None)
+        except EOFError:
+            break
+        answers += [(further, answer)] if answer else []
     return toml_text({"experiment": KIND, "name": name, **_document(kind.name, jack, answers)})
 
 
@@ -76,6 +92,10 @@ def _jack(answer: str) -> str:
 
 
 def _number(answer: str, figure: Figure) -> dict[str, Any]:
+    if (limit := _AT_MOST.fullmatch(answer)) and figure.key in _LEAST:
+        most = _number(limit["end"], figure)
+        half, bounds = most["value"] / 2, [_LEAST[figure.key] * most["value"], most["value"]]
+        return {**most, "value": half, "source": f"datasheet: at most {limit['end']}, taken as half", "bounds": bounds}
     if problem := figure.spec.problem(quantity(answer, figure.spec.unit)):
         raise InputError(problem)
     value, unit = number_and_unit(answer, figure.spec.unit)

@@ -15,6 +15,7 @@ from ...identify.acceptance.bench import TestBench
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.number import Number
 from ...rigs.rig import Rig, number_specs
+from ...rigs.tolerances import with_tolerance
 from ...rigs.valve.second_order import SECOND_ORDER
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -45,7 +46,7 @@ def rig_of_sheet(rows: Rows, like: Rig, name: str) -> Rig:
     zeta = _damping(f3db[0], f90[0], -lap[0] / 200 / _RESPONSES[stem], name)
     numbers = {
         "f0": _number("f0", f90, "-90 deg"),
-        "zeta": _number("zeta", 3 * (zeta,), "-3 dB over -90 deg"),
+        "zeta": with_tolerance(_number("zeta", 3 * (zeta,), "-3 dB over -90 deg"), SECOND_ORDER.numbers["zeta"]),
         "z0": _number("z0", tuple(-each / 100 for each in (null[0], null[2], null[1])), "null bias"),
         "K3": _number("K3", gain, "flow gains"),
         "z3max": Number("z3max", travel, "m", "m", f"as {like.name}; only flow over travel matters"),

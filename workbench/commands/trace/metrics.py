@@ -10,7 +10,7 @@ from ...identify.fit.predict import Prediction, predictions
 from ...identify.found.alike import explain_alike
 from ...identify.found.effect_by_effect import steps
 from ...identify.found.errors import rms_of
-from ...identify.found.fitted import base_intervals, effect_intervals
+from ...identify.found.fitted import base_intervals, effect_intervals, pinned
 from ...identify.found.session_fit import session_fits
 from ...identify.found.wrong_numbers import WrongNumber, wrong_numbers
 from ...identify.trace.findings import CandidateFit, LearnedShape, Trace
@@ -66,6 +66,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         **({"tied": tied} if tied else {}),
         **({"alike": alike} if alike else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
+        "pinned": pinned(trace.problem.rig),
         "failed": failed,
         **({"steps": [step.json() for step in by_effect]} if by_effect else {}),
         "scores": [

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...base.words import agreed, counted, listed
 from ...identify.found.alike import explain_alike
-from ...identify.found.fitted import fitted, not_physical
+from ...identify.found.fitted import fitted, not_physical, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
@@ -76,6 +76,8 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     text += "".join(_strange(fit.candidate.effect, trace) for fit in trace.effects)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
+    if ends or trace.verdict in ("incomplete", "unknown"):
+        text += pinned_sentence(trace.problem.rig)
     return text
 
 

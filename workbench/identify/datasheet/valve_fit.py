@@ -18,6 +18,7 @@ from ...rigs.datasheet import Datasheet, build_rig, main_lands
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ...rigs.schema import SUPPLY
+from ...rigs.tolerances import TOLERANCES
 from ...rigs.valve import SECOND_ORDER, THREE_STAGE
 from ..fit.determined import DETERMINED, Determination, FreeParameter, determine
 from .corners import FigureErrors
@@ -62,11 +63,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
             f"{sheet.name}: no second-order valve has -3 dB at {f3db:g} Hz and -90 deg at {f90:g} Hz "
             f"(-3 dB lies below {np.sqrt(1 + np.sqrt(2)):.3f} of -90 deg); check f3db and f90"
         )
-    share = sheet.valve["leakage"] / (2 * sheet.valve["rated_flow"])
-    share *= float(np.sqrt(sheet.valve["rated_drop"] / sheet.valve["leakage_drop"]))
-    if share > _LARGEST_SHARE:
-        raise InputError(f"{sheet.name}: the leakage is {share:.0%} of the rated flow of a land; check both")
-    eps = _TRAVEL * share / (1 - share)
+    eps = _lap(sheet, sheet.valve["leakage"])
     values = {
         "f0": (f90, "datasheet: -90 deg"),
         "zeta": (zeta, "datasheet: -3 dB over -90 deg"),
@@ -76,7 +73,34 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "eps": (eps, "datasheet: leakage at null"),
         "n": (sheet.valve["n"], "datasheet"),
     }
-    return {name: _number(name, value, source) for name, (value, source) in values.items()}
+    numbers = {name: _number(name, value, source) for name, (value, source) in values.items()}
+    least = SECOND_ORDER.numbers["eps"].low
+    gain = numbers["K3"].value / sheet.valve["rated_flow"]
+    stated = {
+        "K3": tuple(gain * end for end in sheet.ranges.get("rated_flow", ())),
+        "eps": tuple(max(_lap(sheet, end), least) for end in sheet.ranges.get("leakage", ())),
+    }
+    bounded = {name: replace(numbers[name], low=ends[0], high=ends[1]) for name, ends in stated.items() if ends}
+    if "hysteresis" in sheet.valve:
+        bounded["z0"] = _null(numbers["z0"], max(sheet.ranges.get("hysteresis", (sheet.valve["hysteresis"],))))
+    return numbers | bounded
+
+
+def _lap(sheet: Datasheet, leakage: float) -> float:
+    """The lap [m] of a leakage at null [m^3/s]. Raises InputError for one that no valve has."""
+    share = leakage / (2 * sheet.valve["rated_flow"])
+    share *= float(np.sqrt(sheet.valve["rated_drop"] / sheet.valve["leakage_drop"]))
+    if share > _LARGEST_SHARE:
+        raise InputError(f"{sheet.name}: the leakage is {share:.0%} of the rated flow of a land; check both")
+    return float(_TRAVEL * share / (1 - share))
+
+
+def _null(z0: Number, hysteresis: float) -> Number:
+    """The null of a valve whose spool stands anywhere in its loop of hysteresis, of so much of full command."""
+    usual = TOLERANCES["z0"]
+    far = usual.beside + hysteresis / 2
+    said = f"{z0.source}; +-{far:.3g}: {usual.why}, and half of the hysteresis lies to each side"
+    return replace(z0, low=-far, high=far, source=said)
 
 
 def _geometric_mean(values: list[float]) -> float:

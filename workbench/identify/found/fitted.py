@@ -7,6 +7,7 @@ import numpy as np
 
 from ...base.numbers import finite
 from ...base.units import from_si
+from ...base.words import listed
 from ...plant.effects import Effect, EffectNumber, numbers_of
 from ...plant.effects.declared import effect_use
 from ...report import within
@@ -14,6 +15,7 @@ from ...report.digits import four_digits
 from ...report.table import Cell, shown
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
+from ...rigs.tolerances import is_pinned
 from ..fit.determined import FreeParameter
 from ..fit.solver import UNSEEN, Fit
 from ..trace.problem import EstimationProblem
@@ -60,6 +62,22 @@ def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
         Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
         for index, free in _own(rig, fit)
     ]
+
+
+def pinned(rig: Rig) -> list[str]:
+    """Names of the rig's numbers that no datasheet tells exactly, and that no fit moves for want of bounds."""
+    return [number.name for number in rig.numbers.values() if is_pinned(number)]
+
+
+def pinned_sentence(rig: Rig) -> str:
+    """The same in a sentence, to stand beside what went to an end of its range; empty where none is pinned."""
+    names = pinned(rig)
+    pins = (
+        "is pinned: without bounds no fit moves it"
+        if len(names) == 1
+        else "are pinned: without bounds no fit moves them"
+    )
+    return f" {listed(names)} {pins}." if names else ""
 
 
 def _own(rig: Rig, fit: Fit) -> list[tuple[int, FreeParameter]]:

@@ -15,4 +15,12 @@ _FIGURES = {
     "leakage": Spec("m^3/s", 1e-12, 1.0, "flow from supply to return at null, ports closed"),
     "leakage_drop": Spec("Pa", 1e4, 1e8, "supply less return at which the leakage was measured"),
 }
-SECOND_ORDER = ValveKind(name="second-order", numbers=_NUMBERS, slots=SLOTS, stages=("main",), figures=_FIGURES)
+_FURTHER = {"hysteresis": Spec("1", 0.0, 0.5, "width of the loop of hysteresis, over full command")}
+SECOND_ORDER = ValveKind(
+    name="second-order",
+    numbers=_NUMBERS,
+    slots=SLOTS,
+    stages=("main",),
+    figures=_FIGURES,
+    further_figures=_FURTHER,
+)
