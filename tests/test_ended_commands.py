@@ -156,6 +156,16 @@ def test_a_command_that_is_ended_takes_its_workers_with_it_at_once(how, tmp_path
     assert said == "jackbench: interrupted; the same command resumes\n"
 
 
+def test_the_status_is_the_same_where_the_signal_meets_what_python_builds_from_text(tmp_path):
+    """As every dataclass is, while modules are imported; python -m would end by SIGINT then."""
+    script = "import os, sys; from workbench.cli import main; from workbench.commands.list import options\n"
+    script += "options.listing_text = lambda _: exec('os.kill(os.getpid(), 15); os.getpid()')\n"
+    (tmp_path / "script.py").write_text(f"{script}sys.exit(main(['list', 'rigs']))")
+    paths = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
+    done = subprocess.run([sys.executable, "-m", "script"], cwd=ROOT, env=paths, check=False)
+    assert done.returncode == 128 + signal.SIGTERM
+
+
 def test_who_ignores_hang_ups_goes_on(tmp_path, monkeypatch):
     """As under nohup."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)

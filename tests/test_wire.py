@@ -199,6 +199,23 @@ def test_serve_prints_where_it_is_first_and_leaves_its_figures(tmp_path):
     assert "its page: http://127.0.0.1:" in errors
 
 
+def test_services_in_one_folder_number_what_they_leave(tmp_path, monkeypatch):
+    """One at work, one that is finished, and one that was killed; each has a folder of its own."""
+    from workbench.commands.serve import study
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "_until_interrupted", lambda _: None)
+    (tmp_path / "out/serve-jack-10t.partial/stages").mkdir(parents=True)
+    for _ in range(2):
+        assert main(["serve", "jack-10t", "--specimen", "1e7 N/m"]) == 0
+    finished = ["serve-jack-10t-2", "serve-jack-10t-3"]
+    assert sorted(path.name for path in (tmp_path / "out").glob("serve*[0-9t]")) == finished
+    metrics = tmp_path / "out/serve-jack-10t/metrics.json"
+    assert main(["serve", "jack-10t", "--force", "--out", "out/serve-jack-10t-2"]) == 0
+    assert main(["serve", "jack-10t", "--out", "out/serve-jack-10t-2"]) == 2
+    assert not metrics.exists()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -207,8 +224,8 @@ def test_serve_prints_where_it_is_first_and_leaves_its_figures(tmp_path):
         (["serve", "jack-10t", "--port", "99999"], "--port 99999"),
         (["serve", "jack-10t", "--bind", "0.0.0.0"], "give it a --token"),
         (["serve", "jack-10t", "--effects", "nowhere.toml"], "nowhere.toml"),
-        (["serve", "hexapod", "--force", "1e7 N/m"], "serve a rig"),
-        (["serve", "jack-10t", "--force", "7 apples"], "apples"),
+        (["serve", "hexapod", "--specimen", "1e7 N/m"], "serve a rig"),
+        (["serve", "jack-10t", "--specimen", "7 apples"], "apples"),
         (["serve", "nothing"], "nothing"),
         (["drive", "first_loop", "--at", "tcp://x:1"], "write udp://HOST:PORT"),
         (["drive", "first_loop", "--at", "udp://127.0.0.1:9"], "no rig answers there"),

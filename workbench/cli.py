@@ -80,6 +80,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             raise
         return _complaint(f"{error.filename or 'writing'}: {error.strerror}; mend that and repeat the command")
     except KeyboardInterrupt:
+        exec("")  # an interrupt within an exec, as of a dataclass, would else make Python end itself by SIGINT
         _say("interrupted; the same command resumes")
         return _INTERRUPTED
     return 0

@@ -14,8 +14,9 @@ from ..engine import object_cache
 from ..engine.jobs import KINDS, Fields
 
 _NUMBERS = "socket length address_length owner_length attention sequence tick flags state trip limited fresh arrived "
-_NUMBERS += "overtaken silent watchdog asked refused dropped missed periods readings worst due period_ns clock_id dontwait "
-_NUMBERS += "states commands channels limits late interpolated normal_row normal_rows reading_size jitter_bins age_bins"
+_NUMBERS += "overtaken silent watchdog asked refused dropped missed periods readings worst due period_ns clock_id "
+_NUMBERS += "dontwait states commands channels limits late interpolated normal_row normal_rows reading_size "
+_NUMBERS += "jitter_bins age_bins"
 _ADDRESSES = "run run_job run_next duration first_step failed x reached u p outputs output_job output_next y "
 _ADDRESSES += (
     "columns noise resolution normal limit_column limit_middle limit_size low high rate command demanded line "

@@ -29,14 +29,13 @@ def prints(command: argparse.ArgumentParser, call: Call) -> None:
     command.set_defaults(call=call)
 
 
-def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True, force: bool = True) -> None:
-    """Options of a command that leaves a run folder; without `force` it has a --force of its own."""
+def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True) -> None:
+    """Options of a command that leaves a run folder."""
     if rig:
         command.add_argument("--rig", help="a bundled rig or a rig file, instead of the one that the input names")
     command.add_argument("--out", type=Path, help="folder to leave the results in (default: out/NAME)")
     command.add_argument("--picture", type=Path, help="also draw the report's main figure into this .png or .svg file")
-    if force:
-        command.add_argument("--force", action="store_true", help="replace an existing folder")
+    command.add_argument("--force", action="store_true", help="replace an existing folder")
     command.set_defaults(call=call)
 
 

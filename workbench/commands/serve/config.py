@@ -49,7 +49,7 @@ def service(
         rig = _changed(rig, lambda each: replace(each, effects=(*each.effects, *more)))
     if specimen is not None:
         if isinstance(rig, Platform):
-            raise InputError("--force: a platform has its payload on its load cells; serve a rig")
+            raise InputError("--specimen: a platform has its payload on its load cells; serve a rig")
         rig = _on_specimen(rig, specimen)
     if rate is not None:
         rig = _changed(rig, lambda each: _at_rate(each, rate))

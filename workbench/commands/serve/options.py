@@ -2,6 +2,7 @@
 
 import argparse
 from functools import partial
+from itertools import chain, count
 from pathlib import Path
 
 from ..common.options import computes, finish
@@ -19,13 +20,13 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the sensor noise (default: 0)")
     parser.add_argument("--ideal", action="store_true", help="leave out noise, resolution and computing delay")
     parser.add_argument("--effects", type=Path, metavar="FILE.toml", help="file of [[effects]] to add to the rig")
-    both = 'replace an existing folder; with a SPECIMEN, such as "1e7 N/m", put it on the load cell'
-    parser.add_argument("--force", dest="forced", action="append", nargs="?", metavar="SPECIMEN", default=[], help=both)
+    what = 'put it on the load cell: its stiffness, such as "1e7 N/m", or one of a rig set, such as stiffness-1e6'
+    parser.add_argument("--specimen", metavar="STIFFNESS", help=what)
     parser.add_argument("--bind", default="", metavar="HOST", help="address to listen on (default: this machine alone)")
     parser.add_argument("--token", default="", help="text that a client's hello must have; needed with --bind")
     parser.add_argument("--page-port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
     parser.add_argument("--opcua", type=int, metavar="N", help="port of the OPC UA server for a SCADA panel")
-    computes(parser, _serve, rig=False, force=False)
+    computes(parser, _serve, rig=False)
 
 
 def _serve(options: argparse.Namespace, words: list[str]) -> None:
@@ -39,10 +40,29 @@ def _serve(options: argparse.Namespace, words: list[str]) -> None:
         page_port=options.page_port,
         opc_ua=options.opcua,
     )
-    options.force = None in options.forced
-    specimen = next((text for text in options.forced if text is not None), None)
-    rig = service(wanted, options.rig, options.rate, options.effects, specimen)
+    rig = service(wanted, options.rig, options.rate, options.effects, options.specimen)
     from .study import run_service
 
     identity = {"command": "serve", "rig": rig.table(), "seed": wanted.seed, "lockstep": wanted.lockstep}
-    finish(options, words, f"serve-{rig.name}", identity, partial(run_service, rig, wanted))
+    name = f"serve-{rig.name}"
+    options.out = options.out or (None if options.force else _free_folder(name))
+    finish(options, words, name, identity, partial(run_service, rig, wanted))
+
+
+def _free_folder(name: str) -> Path:
+    """The first of out/NAME, out/NAME-2 and so on in which no service was or is; it is this one's from now on."""
+    names = chain([name], (f"{name}-{number}" for number in count(2)))
+    return next(out for each in names if _claimed(out := Path("out", each)))
+
+
+def _claimed(out: Path) -> bool:
+    """Whether nobody was there; what else is wrong with the place, the run says in words."""
+    if out.exists():
+        return False
+    try:
+        out.with_name(f"{out.name}.partial").mkdir(parents=True)
+    except FileExistsError:
+        return False
+    except OSError:
+        pass
+    return True
