@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_recordings import columns, text
 
 from workbench.cli import main
+from workbench.commands.import_.page import bars
 
 UNITS = {"t": "ms", "command": "1", "reference": "mm", "spool": "um", "pa": "bar", "pb": "MPa", "position": "mm",
          "acceleration": "m/s^2"}  # fmt: skip
@@ -231,6 +233,10 @@ def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
     campaign = tmp_path / "out" / "campaign.toml"
     campaign.write_text(campaign.read_text().replace("# t = ", "t = "))
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
+
+
+def test_numbers_near_the_largest_have_a_picture():
+    assert bars(np.array([-1.7e308, np.nan, 1.7e308])) == "▁ █"
 
 
 def test_what_was_left_out_is_said_on_the_screen_and_on_the_page(tmp_path, capsys):

@@ -259,6 +259,7 @@ def test_a_bad_table_is_refused_in_one_line_that_says_where(tmp_path, header, li
         ("a.csv.gz", gzip.compress(b"t [s],command [1]\n" + b"0,0\n" * 999, mtime=0)[:-9], "broken or truncated gzip"),
         ("a.csv.gz", b"t [s],command [1]\n0,0\n", "broken or truncated gzip"),
         ("a.csv", b"t [s],command [1],\xb5 [1]\n0,0,0\n", "row 1: the header is not UTF-8"),
+        ("a.csv", b'"t\n[s]",command [1]\n0,0\n', "row 1: a cell in quotes goes on in the next line"),
         ("a.parquet", b"PAR1 and no more", "broken parquet"),
         ("a.mat", b"MATLAB 5.0 MAT-file" + b" " * 600, "broken mat"),
         ("a.mat", b" " * 512 + b"\x89HDF and no more", "broken mat"),

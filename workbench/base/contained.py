@@ -159,7 +159,8 @@ def serve() -> None:
 def _lower(limit: int, most: int) -> None:
     assert resource is not None
     _, hard = resource.getrlimit(limit)
-    resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    with suppress(ValueError):  # of a macOS that does not limit the address space
+        resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
 def _answers(work: Callable[[Path], Iterator[Any]], path: Path) -> Iterator[tuple[str, Any]]:

@@ -119,10 +119,14 @@ def _first_fault(
 
 
 def _cells(path: Path, row: int, line: str) -> list[str]:
+    reader = csv.reader([line, ""])
     try:
-        return next(csv.reader([line]))
+        cells = next(reader)
     except csv.Error as error:  # a cell too long for the csv module
         raise InputError(f"{path}: row {row}: {error}; export it again") from None
+    if reader.line_num > 1:
+        raise InputError(f"{path}: row {row}: a cell in quotes goes on in the next line; write each row on one line")
+    return cells
 
 
 def _is_number(text: str) -> bool:

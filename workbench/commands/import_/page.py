@@ -83,6 +83,8 @@ def bars(values: np.ndarray) -> str:
     known = values[np.isfinite(values)]
     if not known.size:
         return ""
+    scale = np.abs(known).max() or 1.0  # whose differences and sums are finite
+    known, values = known / scale, values / scale
     low, span = known.min(), np.ptp(known) or 1.0
     pieces = np.array_split(values, min(_WIDTH, values.size))
     means = [float(np.mean(p[np.isfinite(p)])) if np.isfinite(p).any() else None for p in pieces]

@@ -13,6 +13,7 @@ from ...base.files import open_file
 from .epochs import since_first_row
 from .source import Source
 
+_PIECE = 2**22  # numbers that come from the other process at once
 _TEXT = "csv_text:read_csv"
 READERS: Mapping[str, str] = {
     **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".csv.gz", ".txt.gz"), _TEXT),
@@ -77,5 +78,8 @@ def _pieces(path: Path) -> Iterator[Source | Sequence[np.ndarray]]:
     """What is known of a recording, its blocks, and what is known when these have been read."""
     source = _read(path)
     yield replace(source, blocks=iter(()))
-    yield from source.blocks
+    rows = max(1, _PIECE // max(1, len(source.headings)))
+    for block in source.blocks:
+        for first in range(0, len(block[0]) if block else 0, rows):
+            yield [values[first : first + rows] for values in block]
     yield replace(source, blocks=iter(()))
