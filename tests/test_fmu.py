@@ -256,3 +256,88 @@ def test_without_a_compiler_it_is_refused_in_one_line(monkeypatch, capsys):
     monkeypatch.setenv("PATH", "/nowhere")
     assert main(["fmu", RIG]) == 2
     assert "no cc, gcc or clang here; install a C compiler" in capsys.readouterr().err
+
+
+def refusals(slave, *calls):
+    """Whether every one of these calls is refused, and nothing moves."""
+    from fmpy.fmi1 import FMICallException
+
+    before = slave.get("position", "pa", "M").tolist()
+    for call in calls:
+        with pytest.raises(FMICallException, match="status 3"):
+            call()
+    return slave.get("position", "pa", "M").tolist() == before
+
+
+@needs_compiler
+def test_steps_that_fmi_forbids_are_refused_and_move_nothing(plant_fmu, tmp_path):
+    slave = Slave(plant_fmu, tmp_path)
+    step = slave.fmu.doStep
+    slave.set(command=0.3)
+    step(0.0, PERIOD)
+    gaps = [lambda: step(3 * PERIOD, PERIOD), lambda: step(0.0, PERIOD)]
+    lengths = [lambda length=length: step(PERIOD, length) for length in (-PERIOD, 0.0, np.nan, np.inf)]
+    assert refusals(slave, *gaps, *lengths)
+    step(PERIOD, PERIOD)  # a refused call ends nothing
+    assert refusals(slave, lambda: slave.set(M=1.0), lambda: slave.set(x=0.01), lambda: slave.set(command=np.nan))
+    assert refusals(slave, slave.fmu.enterInitializationMode, slave.fmu.exitInitializationMode)
+    slave.fmu.terminate()
+    assert refusals(slave, lambda: step(2 * PERIOD, PERIOD), lambda: slave.set(command=0.0), slave.fmu.terminate)
+    slave.fmu.reset()
+    assert refusals(slave, lambda: step(0.0, PERIOD), slave.fmu.exitInitializationMode, slave.fmu.terminate)
+    slave.fmu.setupExperiment(startTime=1.0, stopTime=1.0 + 2 * PERIOD)
+    slave.set(M=20.0)
+    slave.fmu.enterInitializationMode()
+    assert refusals(slave, lambda: step(1.0, PERIOD), lambda: slave.fmu.setupExperiment(startTime=0.0))
+    slave.set(M=21.0)
+    slave.fmu.exitInitializationMode()
+    assert refusals(slave, lambda: step(0.0, PERIOD), lambda: step(1.0, 3 * PERIOD))
+    step(1.0, 2 * PERIOD)
+    assert slave.get("M") == 21.0
+
+
+@needs_compiler
+def test_a_kept_state_has_its_time_and_a_constant_is_never_set(loop_fmu, tmp_path):
+    slave = Slave(loop_fmu, tmp_path)
+    slave.fmu.doStep(0.0, PERIOD)
+    kept = slave.fmu.getFMUState()
+    slave.fmu.doStep(PERIOD, PERIOD)
+    slave.fmu.terminate()
+    slave.fmu.setFMUState(kept)
+    assert refusals(slave, lambda: slave.fmu.doStep(2 * PERIOD, PERIOD))
+    slave.fmu.doStep(PERIOD, PERIOD)
+    constants = [v.name for v in fmpy.read_model_description(loop_fmu).modelVariables if v.variability == "constant"]
+    assert constants
+    slave.fmu.reset()
+    slave.fmu.enterInitializationMode()
+    assert all(refusals(slave, lambda name=name: slave.set(**{name: 1.0})) for name in constants)
+
+
+@needs_compiler
+def test_model_exchange_keeps_to_its_modes(plant_fmu, tmp_path):
+    from fmpy.fmi2 import FMU2Model
+
+    slave = Slave(plant_fmu, tmp_path / "slave")
+    description = fmpy.read_model_description(plant_fmu)
+    model = object.__new__(Slave)
+    model.places = slave.places
+    model.fmu = FMU2Model(
+        guid=description.guid, unzipDirectory=fmpy.extract(plant_fmu, tmp_path / "model"),
+        modelIdentifier=description.modelExchange.modelIdentifier, instanceName="jack",
+    )  # fmt: skip
+    fmu = model.fmu
+    fmu.instantiate()
+    early = [fmu.newDiscreteStates, fmu.enterContinuousTimeMode, fmu.enterEventMode, fmu.completedIntegratorStep]
+    assert refusals(model, *early, lambda: fmu.setTime(1.0))
+    fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    model.set(command=0.1)
+    fmu.newDiscreteStates()
+    assert refusals(model, fmu.completedIntegratorStep, lambda: model.set(M=1.0))
+    fmu.enterContinuousTimeMode()
+    assert refusals(model, fmu.newDiscreteStates, lambda: model.set(M=1.0))
+    fmu.setTime(PERIOD)
+    fmu.completedIntegratorStep()
+    fmu.enterEventMode()
+    fmu.newDiscreteStates()

@@ -78,6 +78,7 @@ def _header(model: FmuModel) -> str:
         "start_x": model.x,
         "start_u": np.array(reference),
         "start_p": model.plant.p,
+        "constant_p": np.array([float(name in model.delays) for name in model.plant.parameters]),
         "nominal_x": model.plant.scale,
     }
     if loop:

@@ -12,6 +12,10 @@
 enum { DERIVATIVES = STATES, INPUTS_AT = 2 * STATES, OUTPUTS_AT = INPUTS_AT + INPUTS };
 enum { PARAMETERS_AT = OUTPUTS_AT + OUTPUTS + PUT_OUT, ALL = PARAMETERS_AT + PARAMETERS };
 #define EARLY (1e-9 * PERIOD) /* s by which an instant may be missed by rounding */
+#define NEAR(t) (1e-5 * PERIOD + 1e-14 * fabs(t)) /* s by which a master's time may differ from this one's */
+
+/* The state machines of FMI 2.0.4, 3.2.3 and 4.2.4. Reading is allowed in all modes. */
+enum { INSTANTIATED = 1, INITIALIZING = 2, EVENTS = 4, CONTINUOUS = 8, STEPPING = 16, FAILED = 32, TERMINATED = 64 };
 
 typedef struct {
     double began, time, x[STATES], u[INPUTS], p[PARAMETERS];
@@ -20,6 +24,8 @@ typedef struct {
     double held;                /* the command that the drive holds, where the controller is inside */
     double put_out[PUT_OUT + 1];
     long part;                  /* intervals of periods that have begun */
+    int mode, ends;             /* where the state machine is; whether there is a time after which nothing is computed */
+    double end;
 } state_t;
 
 typedef struct {
@@ -27,6 +33,7 @@ typedef struct {
     double work[WORK];
     casadi_int integers[INTEGERS];
     fmi2CallbackFunctions call;
+    fmi2Type type;
     char name[64];
 } model_t;
 
@@ -35,6 +42,24 @@ static fmi2Status complain(model_t *m, const char *what)
     if (m->call.logger)
         m->call.logger(m->call.componentEnvironment, m->name, fmi2Error, "logStatusError", "%s", what);
     return fmi2Error;
+}
+
+/* Whether the state machine is in none of these modes; what is called is not done then. */
+static int refused(model_t *m, int modes, const char *what)
+{
+    if (m->s.mode & modes)
+        return 0;
+    complain(m, what);
+    return 1;
+}
+
+/* From a mode to the next. */
+static fmi2Status go(model_t *m, int from, int to, const char *what)
+{
+    if (refused(m, from, what))
+        return fmi2Error;
+    m->s.mode = to;
+    return fmi2OK;
 }
 
 /* The inputs of the plant: with a controller inside, the command is what the drive holds. */
@@ -145,6 +170,7 @@ static void start(model_t *m)
     memcpy(m->s.u, start_u, sizeof start_u);
     memcpy(m->s.p, start_p, sizeof start_p);
     m->s.clock[1] = FIRST_STEP;
+    m->s.mode = INSTANTIATED;
 #if LAW
     memcpy(m->s.law, start_law, sizeof start_law);
     m->s.held = start_law[0];
@@ -155,9 +181,10 @@ FMI2_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2St
                                           const fmi2CallbackFunctions *call, fmi2Boolean visible, fmi2Boolean logging)
 {
     model_t *m = calloc(1, sizeof *m);
-    (void)type, (void)resources, (void)visible, (void)logging;
+    (void)resources, (void)visible, (void)logging;
     if (!m)
         return NULL;
+    m->type = type;
     if (call)
         m->call = *call;
     strncpy(m->name, name ? name : "", sizeof m->name - 1);
@@ -175,14 +202,32 @@ FMI2_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
 FMI2_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real time,
                                            fmi2Boolean ends, fmi2Real end)
 {
-    (void)given, (void)tolerance, (void)ends, (void)end;
-    ((model_t *)c)->s.time = ((model_t *)c)->s.began = time;
+    model_t *m = c;
+    (void)given, (void)tolerance;
+    if (refused(m, INSTANTIATED, "fmi2SetupExperiment: comes before the initialisation"))
+        return fmi2Error;
+    m->s.time = m->s.began = time;
+    m->s.ends = ends;
+    m->s.end = end;
     return fmi2OK;
 }
 
-FMI2_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
-FMI2_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
-FMI2_EXPORT fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
+FMI2_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    return go(c, INSTANTIATED, INITIALIZING, "fmi2EnterInitializationMode: is for a new or a reset instance");
+}
+
+FMI2_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    const int next = ((model_t *)c)->type == fmi2CoSimulation ? STEPPING : EVENTS;
+    return go(c, INITIALIZING, next, "fmi2ExitInitializationMode: comes after fmi2EnterInitializationMode");
+}
+
+FMI2_EXPORT fmi2Status fmi2Terminate(fmi2Component c)
+{
+    return go(c, EVENTS | CONTINUOUS | STEPPING | FAILED, TERMINATED, "fmi2Terminate: comes after the initialisation");
+}
+
 FMI2_EXPORT fmi2Status fmi2Reset(fmi2Component c) { start(c); return fmi2OK; }
 
 FMI2_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference *vr, size_t n, fmi2Real *value)
@@ -210,12 +255,21 @@ FMI2_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference *vr
 
 FMI2_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference *vr, size_t n, const fmi2Real *value)
 {
+    const int started = !(((model_t *)c)->s.mode & (INSTANTIATED | INITIALIZING));
+    if (refused(c, ~(FAILED | TERMINATED), "fmi2SetReal: nothing is set after an error or the end"))
+        return fmi2Error;
     for (size_t i = 0; i < n; i++) {
-        double *at = place(c, vr[i]);
-        if (!at)
+        if (!place(c, vr[i]))
             return complain(c, "a variable that is computed cannot be set");
-        *at = value[i];
+        if (vr[i] >= PARAMETERS_AT && constant_p[vr[i] - PARAMETERS_AT] != 0.0)
+            return complain(c, "a constant cannot be set");
+        if (started && !(vr[i] >= INPUTS_AT && vr[i] < OUTPUTS_AT))
+            return complain(c, "after the initialisation only inputs are set: parameters are fixed, states are exact");
+        if (!isfinite(value[i]))
+            return complain(c, "a value that is set must be finite");
     }
+    for (size_t i = 0; i < n; i++)
+        *place(c, vr[i]) = value[i];
     return fmi2OK;
 }
 
@@ -313,20 +367,35 @@ FMI2_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2V
 
 /* Co-simulation */
 
+/* A step that ended on its way: only a state that was kept, or a reset, helps. */
+static fmi2Status fail(model_t *m)
+{
+    m->s.mode = FAILED;
+    return complain(m, "the steps became too short");
+}
+
 FMI2_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
 {
     model_t *m = c;
     const double end = time + step;
     (void)no_return;
+    if (refused(m, STEPPING, "fmi2DoStep: comes after the initialisation, and not after an error or the end"))
+        return fmi2Error;
+    if (!(step > 0.0) || !isfinite(end))
+        return complain(m, "fmi2DoStep: a communication step must be longer than 0, and finite");
+    if (fabs(time - m->s.time) > NEAR(time))
+        return complain(m, "fmi2DoStep: a step begins where the last one ended, or at the start time");
+    if (m->s.ends && end > m->s.end + NEAR(end))
+        return complain(m, "fmi2DoStep: the step goes beyond the stop time of fmi2SetupExperiment");
 #if LAW
     while (next_instant(&m->s) < end - EARLY) {
         if (next_instant(&m->s) > m->s.time + EARLY && !hold(m, next_instant(&m->s) - m->s.time))
-            return complain(m, "the steps became too short");
+            return fail(m);
         instant(m);
     }
 #endif
     if (end > m->s.time && !hold(m, end - m->s.time))
-        return complain(m, "the steps became too short");
+        return fail(m);
     m->s.time = end;
     return fmi2OK;
 }
@@ -361,20 +430,27 @@ NO_STATUS(StringStatus, fmi2String)
 
 /* Model exchange */
 
-FMI2_EXPORT fmi2Status fmi2EnterEventMode(fmi2Component c) { (void)c; return fmi2OK; }
-FMI2_EXPORT fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { (void)c; return fmi2OK; }
+FMI2_EXPORT fmi2Status fmi2EnterEventMode(fmi2Component c)
+{
+    return go(c, EVENTS | CONTINUOUS, EVENTS, "fmi2EnterEventMode: comes from continuous time");
+}
+
+FMI2_EXPORT fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    return go(c, EVENTS, CONTINUOUS, "fmi2EnterContinuousTimeMode: comes from event mode");
+}
 
 FMI2_EXPORT fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     model_t *m = c;
     memset(info, 0, sizeof *info);
+    if (refused(m, EVENTS, "fmi2NewDiscreteStates: is for event mode"))
+        return fmi2Error;
 #if LAW
     while (next_instant(&m->s) <= m->s.time + EARLY)
         instant(m);
     info->nextEventTimeDefined = fmi2True;
     info->nextEventTime = next_instant(&m->s);
-#else
-    (void)m;
 #endif
     return fmi2OK;
 }
@@ -382,19 +458,25 @@ FMI2_EXPORT fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *inf
 FMI2_EXPORT fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set, fmi2Boolean *event,
                                                    fmi2Boolean *stop)
 {
-    (void)c, (void)no_set;
+    (void)no_set;
     *event = *stop = fmi2False;
-    return fmi2OK;
+    return go(c, CONTINUOUS, CONTINUOUS, "fmi2CompletedIntegratorStep: is for continuous time");
 }
 
 FMI2_EXPORT fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
+    if (refused(c, EVENTS | CONTINUOUS, "fmi2SetTime: comes after the initialisation, in model exchange"))
+        return fmi2Error;
     ((model_t *)c)->s.time = time;
     return fmi2OK;
 }
 
 FMI2_EXPORT fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real *x, size_t n)
 {
+    if (refused(c, CONTINUOUS, "fmi2SetContinuousStates: is for continuous time"))
+        return fmi2Error;
+    if (n != STATES)
+        return complain(c, "fmi2SetContinuousStates: not as many as there are");
     memcpy(((model_t *)c)->s.x, x, n * sizeof(double));
     return fmi2OK;
 }
