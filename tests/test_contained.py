@@ -18,6 +18,7 @@ import reading_work
 from judged_reading import bad_message
 from mutants import mutated_bytes
 from scipy.io import loadmat, savemat
+from test_rpc import Layout, write_rpc
 
 from workbench.base import contained as module
 from workbench.base.contained import contained
@@ -137,10 +138,19 @@ def uff_bytes(tmp_path):
     return (tmp_path / "good.uff").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "xlsx", "tdms", "mf4", "uff"])
+def rpc_bytes(tmp_path):
+    write_rpc(tmp_path / "good.rsp", Layout(), {"x": np.cos(T), "y": T}, {"x": "mm", "y": "kN"})
+    return (tmp_path / "good.rsp").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", ["mat", "h5", "parquet", "xlsx", "tdms", "mf4", "uff", "rsp"])
 def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, suffix):
     makers = {"mat": mat_bytes, "h5": hdf5_bytes, "parquet": parquet_bytes, "xlsx": xlsx_bytes, "tdms": tdms_bytes}
-    raw = makers[suffix]() if suffix in makers else {"mf4": mdf_bytes, "uff": uff_bytes}[suffix](tmp_path)
+    raw = (
+        makers[suffix]()
+        if suffix in makers
+        else {"mf4": mdf_bytes, "uff": uff_bytes, "rsp": rpc_bytes}[suffix](tmp_path)
+    )
     path = tmp_path / f"a.{suffix}"
     refused = 0
     for seed in range(24):

@@ -22,6 +22,7 @@ from .optional import needed
 from .source import Source
 
 _LEAST = 3  # rows of a sheet that may hold a table
+_PACKED = 30  # bytes of a cell, unpacked, or more
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")  # a number that is typed as text
 _RARE = 1000  # a column of the table has a cell in so many rows, or more
 
@@ -30,7 +31,7 @@ def read_xlsx(path: Path) -> Source:
     """The table of a workbook. Raises InputError where openpyxl is missing, and where there is no table."""
     openpyxl = needed("openpyxl", "xlsx")
     with zipfile.ZipFile(path) as packed:
-        check_numbers(path, sum(part.file_size for part in packed.infolist()) // 8, MOST_READ)
+        check_numbers(path, sum(part.file_size for part in packed.infolist()) // _PACKED, MOST_READ)
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     sheets = {sheet.title: _text(sheet) for sheet in book.worksheets}
     book.close()
