@@ -229,7 +229,7 @@ def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
     (tmp_path / "a.csv").write_text(text(["u [-],pa [bar],x [mm]"], list(table.values())))
     metrics = imported(tmp_path, [str(tmp_path / "a.csv")])
     assert not metrics["ready"]
-    assert 'no column "t [s]"' in metrics["problem"]
+    assert metrics["problem"].startswith("no column is read as a clock; export the time in seconds, or write t = ")
     campaign = tmp_path / "out" / "campaign.toml"
     campaign.write_text(campaign.read_text().replace("# t = ", "t = "))
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0

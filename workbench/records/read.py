@@ -15,6 +15,8 @@ from .table import FORMATS, open_table
 FEWEST_ROWS = 10
 INPUTS = ("command", *FURTHER_INPUTS)  # held, never bridged
 _SQUARED = 1e-100, 1e100  # SI: the square of what is smaller or larger is no number to compute with
+UNUSED = "not used: "
+"""Begins what a note says of columns that are no signals."""
 MOST_MISSING = 0.20  # of a column; more is a dead sensor, not a blemish
 
 
@@ -39,7 +41,7 @@ def read_record(
     time, command = columns.pop("t", None), columns["command"]
     rows = table.rows[: raw[command.cell].size]
     t = _clock(mapping or {}, rows.size) if time is None else time.to_si(raw[time.cell], "s")
-    keep, notes = mend.good_times(path, rows, t, "t" if time is None else time.cell)
+    t, keep, notes = mend.good_times(path, rows, t, "t" if time is None else time.cell)
     keep, more = mend.from_first(path, rows, keep, raw[command.cell], command.cell)
     t, rows, notes = t[keep], rows[keep], notes + more
     _refuse_few(path, t.size)
@@ -56,7 +58,7 @@ def read_record(
             raise InputError(f"{path}: {column.cell}: clip leaves no sample, they go {_range(filled)}; widen it")
         notes += more
     if ignored:
-        notes.append(f"{path.name}: not used: " + ", ".join(ignored))
+        notes.append(f"{path.name}: {UNUSED}" + ", ".join(ignored))
     record = Record(record_name(path), t, signals, valid, tuple(notes))
     return record if start is None and stop is None else _cut(path, record, start, stop)
 

@@ -10,21 +10,69 @@ from ..base.words import counted
 MOST_BAD_TIMES = 0.01
 GAP = 1.5  # of the period; a longer interval is a dropped sample
 JITTER = 0.05  # of the period; less is the rounding of a printed time stamp
+_HOUR = 3600.0  # s
+_ROUNDED = 0.6  # of the step between stamps that repeat: how far they may lie from even times that were rounded
+_OFF_BEAT, _MOST_OFF = 0.25, 0.1  # periods by which an interval is no multiple of one; share of them of an even clock
 
 
-def good_times(path: Path, rows: np.ndarray, t: np.ndarray, cell: str) -> tuple[np.ndarray, list[str]]:
-    """Rows to keep, [n] bool: those whose time stamp is later than all before. Raises InputError where many are not."""
+def good_times(path: Path, rows: np.ndarray, t: np.ndarray, cell: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Times [n] s, mended, and the rows to keep, [n] bool: those whose time stamp is later than all before.
+
+    Raises InputError where many are not, and where the rows come at no even pace.
+    """
     infinite = np.flatnonzero(np.isinf(t))
     if infinite.size:
         raise InputError(f'{path}: row {rows[infinite[0]]}, column "{cell}": infinite; mend the time stamp')
+    t, said = continuous(t)
+    notes = [f'{path.name}: column "{cell}": {each}' for each in said]
     latest = np.fmax.accumulate(np.concatenate(([-np.inf], t)))[:-1]
     bad = ~(t > latest)
-    if not bad.any():
-        return ~bad, []
-    which = f'{bad.sum()} of {t.size} time stamps in column "{cell}" are missing, repeat or run backwards'
-    if bad.mean() > MOST_BAD_TIMES:
-        raise InputError(f"{path}: row {rows[np.argmax(bad)]}: {which}; export time with more digits or mend the clock")
-    return ~bad, [f"{path.name}: {_rows(rows[: t.size][bad])} left out: {which}"]
+    if bad.any():
+        which = f'{bad.sum()} of {t.size} time stamps in column "{cell}" are missing, repeat or run backwards'
+        if bad.mean() > MOST_BAD_TIMES:
+            mend = "export time with more digits or mend the clock"
+            raise InputError(f"{path}: row {rows[np.argmax(bad)]}: {which}; {mend}")
+        notes.append(f"{path.name}: {_rows(rows[: t.size][bad])} left out: {which}")
+    return t, ~bad, notes
+
+
+def continuous(t: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Times [n] s without the hour by which clocks are changed, and even where stamps were rounded until they repeat;
+    what was done. Other times stay as they are."""
+    t, notes = _without_changes(t)
+    steps = np.diff(t)
+    if t.size < 2 or not np.mean(steps == 0.0) > MOST_BAD_TIMES or np.any(~(steps >= 0.0)):
+        return t, notes
+    rounded, number = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0, np.arange(t.size)
+    period = _short(float(np.polyfit(number, t - t[0], 1)[0]), 0.1 * rounded / t.size)
+    first = float(np.mean(t - period * number))
+    even = (t[0] if t[0] == 0.0 or abs(first - t[0]) < period / 2 else first) + period * number
+    if rounded == 0.0 or np.max(np.abs(first + period * number - t)) > _ROUNDED * rounded:
+        return t, notes
+    said = f"stamps repeat, rounded to {rounded:.6g} s: taken as even, a row every {period:.6g} s, as they agree with"
+    return even, [*notes, said]
+
+
+def _without_changes(t: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Times [n] s that go on where a clock was set back or forth by an hour."""
+    steps = np.diff(t)
+    if not np.any(np.abs(steps) > _HOUR / 2):
+        return t, []
+    period = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
+    jumps = _HOUR * np.round(steps / _HOUR)
+    changed = (np.abs(jumps) == _HOUR) & (steps - jumps >= -1e-6) & (steps - jumps <= 2 * period)
+    words = {-_HOUR: "back", _HOUR: "on"}
+    notes = [
+        f"the clock goes {words[float(jumps[place])]} by an hour, a change of the clocks, at {t[place]:.6g} s; "
+        "the rows are taken as one recording: where it did stop for that hour, cut the file there into two"
+        for place in np.flatnonzero(changed)[:3].tolist()
+    ]
+    return t - np.concatenate(([0.0], np.cumsum(np.where(changed, jumps, 0.0)))), notes
+
+
+def _short(value: float, slack: float) -> float:
+    """The number of fewest digits within `slack` of a value."""
+    return next((n for digits in range(1, 12) if abs((n := float(f"{value:.{digits}g}")) - value) <= slack), value)
 
 
 def from_first(
@@ -43,9 +91,18 @@ def from_first(
 
 
 def uneven_times(path: Path, rows: np.ndarray, t: np.ndarray) -> list[str]:
-    """Notes on dropped samples and on a clock that jitters; both are kept as recorded."""
+    """Notes on dropped samples and on a clock that jitters; both are kept as recorded.
+
+    Raises InputError where many intervals are far from one period, and from several.
+    """
     steps = np.diff(t)
     period = float(np.median(steps))
+    if np.mean(np.abs(steps / period - np.fmax(1.0, np.rint(steps / period))) > _OFF_BEAT) > _MOST_OFF:
+        low, high = np.quantile(steps, (0.02, 0.98))
+        raise InputError(
+            f"{path}: rows come {low:.3g} to {high:.3g} s apart, and what is computed needs one period; resample the "
+            "file, commands held and other signals on straight lines, or log at an even rate"
+        )
     gaps = steps > GAP * period
     notes = []
     if gaps.any():

@@ -19,7 +19,9 @@ _BARS = "▁▂▃▄▅▆▇█"
 _WIDTH, _DRAWN, _HEIGHT = 24, 60, 170  # letters of a picture, pictures on a page, pixels each
 
 
-def metrics(guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], problem: str) -> dict[str, Any]:
+def metrics(
+    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], problem: str, mends: Sequence[str]
+) -> dict[str, Any]:
     """metrics.json; the contract's `signals`, and all that the page says."""
     return {
         "signals": signal_entries(guesses),
@@ -28,6 +30,7 @@ def metrics(guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part],
         "misfits": misfits(guesses),
         "records": {role: list(entries) for role, entries in roles.entries.items()},
         "files": [{"file": p.file, "from": p.origin, "rows": p.rows, "notes": list(p.notes)} for p in parts],
+        "mended": list(mends),
         "ready": not problem,
         "problem": problem,
     }
@@ -92,7 +95,7 @@ def bars(values: np.ndarray) -> str:
 
 
 def import_page(
-    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], rig: Rig, problem: str
+    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], rig: Rig, problem: str, mends: Sequence[str]
 ) -> tuple[Page, Figure]:
     """The report and its telling figure."""
     figures = [_figure(guess) for guess in guesses[:_DRAWN]]
@@ -106,10 +109,10 @@ def import_page(
         *([Section("What does not fit the rig", [*misfits(guesses), *([problem] if problem else [])])]
           if misfits(guesses) or problem else []),
         Section("What judges", used),
-        Section("How the files were read", [Table("Files", ["record", "from", "rows", "how"], files)]),
+        Section("How the files were read", [Table("Files", ["record", "from", "rows", "how"], files), *mends]),
         Section("Pictures", figures),
     ]  # fmt: skip
-    return Page(f"Recordings of {rig.name}, imported", _verdict(guesses, problem), sections), _telling(guesses)
+    return Page(f"Recordings of {rig.name}, imported", _verdict(guesses, problem, mends), sections), _telling(guesses)
 
 
 def _entry(entry: Any) -> str:
@@ -119,14 +122,16 @@ def _entry(entry: Any) -> str:
     return f"{entry['file']}, {ends}"
 
 
-def _verdict(guesses: Sequence[ColumnGuess], problem: str) -> str:
+def _verdict(guesses: Sequence[ColumnGuess], problem: str, mends: Sequence[str]) -> str:
     told = [guess.signal for guess in guesses if guess.signal is not None]
     counts = f"{len(told)} of {len(guesses)} columns are taken for signals: {', '.join(told) or 'none'}."
     if problem:
         return f"{counts} The folder is no campaign yet: {problem}."
     misfit = misfits(guesses)
     doubts = f" {len(misfit)} do not fit the rig: {misfit[0]}." if misfit else ""
-    return f"{counts}{doubts} Every command on campaigns takes the folder."
+    more = f", and {len(mends) - 1} more on the page" if len(mends) > 1 else ""
+    mended = f" Mended on reading: {mends[0]}{more}." if mends else ""
+    return f"{counts}{doubts}{mended} Every command on campaigns takes the folder."
 
 
 def _telling(guesses: Sequence[ColumnGuess]) -> Figure:

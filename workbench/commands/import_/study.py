@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ...base.errors import InputError
@@ -10,7 +11,8 @@ from ...identify.columns.polarity import held_against, mended
 from ...identify.columns.roles import Motion, Roles, by_order, motion, roles
 from ...records import ColumnMap, load_campaign, read_record
 from ...records.campaign import FILE
-from ...records.foreign import Part
+from ...records.foreign import UNREAD, Part
+from ...records.read import UNUSED
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, rig_text
 from ..common.outcome import Outcome, Progress
@@ -33,29 +35,46 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
         (run.dir / name).write_text(text, encoding="utf-8")
     period = next((part.period for part in parts if part.period is not None), None)
     progress("compared with the rig")
-    guesses, division, problem = _tried(run.dir, parts, guesses, rig, named, period)
+    guesses, division, problem, mends = _tried(run.dir, parts, guesses, rig, named, period)
     text = campaign_text(named, division, guesses, period)
-    numbers = metrics(guesses, division, parts, problem)
-    return Outcome(numbers, lambda: import_page(guesses, division, parts, rig, problem), files={**extra, FILE: text})
+    numbers = metrics(guesses, division, parts, problem, mends)
+    page = partial(import_page, guesses, division, parts, rig, problem, mends)
+    return Outcome(numbers, page, files={**extra, FILE: text})
 
 
 def _tried(
     folder: Path, parts: Sequence[Part], guesses: list[ColumnGuess], rig: Rig, named: str, period: float | None
-) -> tuple[list[ColumnGuess], Roles, str]:
-    """Guesses and roles that the commands take, or those of the first trial and what stands in their way."""
+) -> tuple[list[ColumnGuess], Roles, str, list[str]]:
+    """Guesses and roles that the commands take, or those of the first trial and what stands in their way; what was
+    mended in the records."""
+    mends: list[str] = []
     division = by_order([part.file for part in parts])
+    if period is None and all(guess.signal != "t" for guess in guesses):
+        guesses = _set_apart(guesses, parts, folder)
+        return guesses, division, _without_clock(parts, guesses), mends
     for _ in range(_TRIALS):
         guesses = _set_apart(guesses, parts, folder)
         try:
             division = roles(_motions(folder, parts, guesses, period))
             (folder / FILE).write_text(campaign_text(named, division, guesses, period), encoding="utf-8")
-            verdict = held_against(load_campaign(folder), rig)
+            campaign = load_campaign(folder)
+            notes = dict.fromkeys(note for record in campaign.records for note in record.notes)
+            mends = [note for note in notes if UNUSED not in note]
+            verdict = held_against(campaign, rig)
         except InputError as error:
-            return guesses, division, str(error).replace(f"{folder}/", "")
+            return guesses, division, str(error).replace(f"{folder}/", ""), mends
         if verdict.mistake is None:
-            return guesses, division, verdict.problem.replace(f"{folder}/", "").replace(f"{folder}: ", "")
+            return guesses, division, verdict.problem.replace(f"{folder}/", "").replace(f"{folder}: ", ""), mends
         guesses = mended(guesses, verdict.mistake, rig)
-    return guesses, division, "signs and units stay doubtful: the rig as declared explains too little"
+    return guesses, division, "signs and units stay doubtful: the rig as declared explains too little", mends
+
+
+def _without_clock(parts: Sequence[Part], guesses: Sequence[ColumnGuess]) -> str:
+    """That nothing is a clock, with what comes nearest to one, and what to do."""
+    near = [f'"{guess.column.cell}" {guess.reason}' for guess in guesses if guess.suggested == "t"]
+    near += dict.fromkeys(note for part in parts for note in part.notes if note.startswith(UNREAD))
+    told = f"no column is read as a clock{': ' if near else ''}{'; '.join(near)}"
+    return f'{told}; export the time in seconds, or write t = {{period = "1 ms"}} under [signals], from row to row'
 
 
 def _set_apart(guesses: list[ColumnGuess], parts: Sequence[Part], folder: Path) -> list[ColumnGuess]:

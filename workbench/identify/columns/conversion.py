@@ -25,8 +25,9 @@ _BARE: Mapping[str, tuple[str, ...]] = {
     "force": ("kN", "N"),
 }
 """Units that a column without one may have."""
-_CLOCKS = {"s": (1e-6, 0.05), "ms": (0.05, 50.0), "us": (50.0, 5e4)}
-"""Intervals of clocks without a unit, in that unit."""
+_CLOCKS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+"""Units of clocks without one, in s."""
+_FASTEST, _SLOWEST = 0.08, 1.0  # control periods of the rig, and s, from row to row
 _END = 0.03  # of the stroke: how near to 0 a scale begins that begins at an end stop
 
 
@@ -64,7 +65,7 @@ def conversion(column: ColumnSummary, signal: str, rig: Rig) -> Conversion | str
     if not np.isfinite(column.travel):
         return "has no number"
     if signal == "t":
-        return _clock(column)
+        return _clock(column, rig)
     unit = column.unit
     if signal == "command":
         return _command(column)
@@ -89,16 +90,18 @@ def fits(unit: str, si: str) -> bool:
     return True
 
 
-def _clock(column: ColumnSummary) -> Conversion | str:
+def _clock(column: ColumnSummary, rig: Rig) -> Conversion | str:
+    """The unit that a clock says; else the finest one in which its rows are not far faster than the rig's own."""
     if column.step is None:
         return "does not increase from row to row"
     if column.unit is not None:
         if not fits(column.unit, "s"):
             return f"{column.unit} is no unit of time"
         return Conversion(column.unit, 1.0, column.unit, 0.0, f"increases, in {column.unit}", True)
-    for unit, (least, most) in _CLOCKS.items():
-        if least < column.step <= most:
-            return Conversion(unit, 1.0, unit, 0.0, f"increases by {column.step:.4g} a row: {unit}", False)
+    for unit, size in _CLOCKS.items():
+        if _FASTEST * rig.period.value <= column.step * size <= _SLOWEST:
+            beside = f"{column.step * size / rig.period.value:.3g} control periods of the rig"
+            return Conversion(unit, 1.0, unit, 0.0, f"increases by {column.step:.4g} a row: {unit}, {beside}", False)
     return f"increases by {column.step:.4g} a row, in no unit that a clock has"
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...records.repair import continuous
+
 SKETCH = 240  # values of a small picture
 
 
@@ -15,7 +17,7 @@ class ColumnSummary:
     usual_low    below it lies one value in a hundred of the record that goes lowest
     travel   its widest range within a record; NaN without a number
     missing  share of cells without a number
-    step     median interval of a clock: of a column that increases from row to row; None of another
+    step     median interval of a clock: of a column that increases from row to row, once mended; None of another
     sketch   [n] values of the first record, evenly taken, and `sketched`, the rows that they stand for
     """
 
@@ -64,7 +66,8 @@ def summary(cell: str, unit: str | None, records: Iterable[tuple[str, np.ndarray
 
 
 def _step(values: np.ndarray) -> float | None:
-    """Median interval of numbers that increase, but for one in a hundred; None of others."""
+    """Median interval of numbers that increase as a clock does, but for one in a hundred; None of others."""
+    values = continuous(values)[0]
     steps = np.diff(values)
     return float(np.median(steps)) if steps.size and np.mean(steps > 0) > 0.99 and np.median(steps) > 0 else None
 

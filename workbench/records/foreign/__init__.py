@@ -8,13 +8,13 @@ matlab, hdf5, nested, labels    structures: what lies beside a clock belongs to 
 rpc           drive files and responses of test rigs
 tdms, mdf, xlsx, uff, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock
-stamps, epochs    dates and times of day as seconds; clocks that count since 1970
+stamps, origin    dates, times of day and counts since an epoch; the clock of a file as seconds from its first row
 unit_names    units as header cells have them
 parts         strict .parquet tables of a foreign file
 """
 
 from .open import open_foreign
 from .parts import Part, column, renamed, write_parts
-from .source import Heading, Source
+from .source import UNREAD, Heading, Source
 
-__all__ = ["Heading", "Part", "Source", "column", "open_foreign", "renamed", "write_parts"]
+__all__ = ["UNREAD", "Heading", "Part", "Source", "column", "open_foreign", "renamed", "write_parts"]

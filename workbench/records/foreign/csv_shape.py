@@ -4,12 +4,12 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from ...base.errors import InputError, short_path
+from ...base.errors import InputError, echo, short_path
 from ...base.words import counted
 from ..table import MISSING
 from .source import Heading, unique_headings
@@ -25,6 +25,7 @@ _SIDE = re.compile(r"[AB12]", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]{3}")
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")  # as the parser ends them: not at form feeds
 _MOST_BREAKS = 20  # lines of a row
+_DOUBLE = 15  # digits of whole numbers that a double has
 _SURE_ROWS = 3  # rows of numbers in a row: there the table begins
 _RATE = re.compile(
     r"\b(?:sampl\w*|abtast|scan|taux|fr[eé]quence d.[eé]chantillonnage|fs)\w*[ _]*(?:rate|frequency|freq|frequenz)?"
@@ -37,12 +38,14 @@ _PERIODS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
 @dataclass(frozen=True)
 class CsvShape:
-    """Layout of a text file. `kinds` are "number", "stamp" or "text" by column; `skipped` lines come before the rows.
+    """Layout of a text file. `kinds` are "number", "stamp", "digits" (more than a double has) or "text" by column;
+    `left` are those of text with a cell of each; `skipped` lines come before the rows.
 
     period        s from row to row, where a line before the table says it
     plus          numbers have plus signs
     feeds         there are form feeds
     broken_cells  cells in quotes may have line breaks
+    remarked      some rows have one cell more
     """
 
     encoding: str
@@ -51,10 +54,12 @@ class CsvShape:
     skipped: int
     headings: tuple[Heading, ...]
     kinds: tuple[str, ...]
+    left: tuple[str, ...]
     period: float | None
     plus: bool
     feeds: bool
     broken_cells: bool
+    remarked: bool
     notes: tuple[str, ...]
 
 
@@ -76,10 +81,13 @@ def csv_shape(path: Path, head: bytes, whole: bool, known: str | None = None) ->
             f"{short_path(path)}: no table of numbers in its first {len(lines)} lines; export rows of "
             "numbers under a header"
         )
-    kinds = _kinds([row for row in rows[body:] if len(row) == width], width)
+    full = [row for row in rows[body:] if len(row) == width]
+    kinds = _kinds(full, width)
+    remarks = [row[width] for row in rows[body:] if _is_remarked(row, width)]
     cells = [cell for row in rows[body:] for cell in row]
     headings, header_lines = _headings(path, rows[:body], width)
     notes = [f"{counted(body - header_lines, 'line')} before the table"] if body > header_lines else []
+    notes += [f"left out, remarks beside some rows: {echo(remarks[0])}"] if remarks else []
     return CsvShape(
         encoding=encoding,
         delimiter=delimiter,
@@ -87,10 +95,12 @@ def csv_shape(path: Path, head: bytes, whole: bool, known: str | None = None) ->
         skipped=ends[body - 1] if body else 0,
         headings=headings,
         kinds=kinds,
+        left=tuple(_with_cell(headings[k].cell, (row[k] for row in full)) for k in range(width) if kinds[k] == "text"),
         period=_period("".join(lines[: ends[body - 1] if body else 0])),
         plus=any(cell.startswith("+") for cell in cells),
         feeds="\f" in text,
         broken_cells=ends[-1] - ends[body] > len(rows) - 1 - body,
+        remarked=bool(remarks),
         notes=(*notes, *_said(encoding, delimiter, _decimal(cells), known)),
     )
 
@@ -156,12 +166,17 @@ def _width(rows: Sequence[Sequence[str]]) -> int:
 
 def _body(rows: Sequence[Sequence[str]], width: int) -> int | None:
     """The first row of the table: from it on, rows are numbers."""
-    numeric = [len(row) == width and _is_body(row) for row in rows]
+    numeric = [(len(row) == width and _is_body(row)) or _is_remarked(row, width) for row in rows]
     for first, good in enumerate(numeric):
         ahead = numeric[first : first + _SURE_ROWS]
         if good and all(ahead):
             return first
     return None
+
+
+def _is_remarked(row: Sequence[str], width: int) -> bool:
+    """Whether a row of the table has a remark behind it, as loggers put an event beside its row alone."""
+    return len(row) == width + 1 > 2 and _is_body(row[:width]) and not _is_number(row[width]) and row[width] != ""
 
 
 def _is_body(row: Sequence[str]) -> bool:
@@ -170,12 +185,20 @@ def _is_body(row: Sequence[str]) -> bool:
     return numbers > 0 and 2 * numbers >= len(filled)
 
 
+def _with_cell(name: str, column: Iterable[str]) -> str:
+    """A column with what it holds, for a note."""
+    cell = next((cell for cell in column if cell), "")
+    return f"{name} ({echo(cell)})" if cell else name
+
+
 def _kinds(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
     kinds = []
     for column in zip(*rows, strict=True) if rows else [()] * width:
         filled = [cell for cell in column if cell.lower() not in _MISSING]
         numbers, stamps = sum(map(_is_number, filled)), sum(map(is_stamp, filled))
-        kinds.append("number" if 2 * numbers >= len(filled) else "stamp" if 2 * stamps >= len(filled) else "text")
+        long = bool(filled) and all(len(cell) > _DOUBLE and cell.isdecimal() for cell in filled)
+        kind = "number" if 2 * numbers >= len(filled) else "stamp" if 2 * stamps >= len(filled) else "text"
+        kinds.append("digits" if long else kind)
     return tuple(kinds)
 
 

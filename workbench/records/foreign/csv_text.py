@@ -16,8 +16,7 @@ from ...base.files import open_file
 from ...base.words import counted
 from ..table import MISSING
 from .csv_shape import BLANKS, CsvShape, csv_shape
-from .source import Heading, Source, unique_headings
-from .stamps import DAY, days_and_seconds
+from .source import UNREAD, Source
 
 if TYPE_CHECKING:
     import pyarrow
@@ -57,14 +56,9 @@ def read_text(path: Path, opened: Opened, chunk: int = CHUNK, delimiter: str | N
         raise InputError(f"{short_path(path)}: the file is empty; record or export it again")
     shape = csv_shape(path, head[:HEAD], len(head) <= HEAD, delimiter)
     places = [place for place, kind in enumerate(shape.kinds) if kind != "text"]
-    left = [shape.headings[place].cell for place, kind in enumerate(shape.kinds) if kind == "text"]
-    notes = [*shape.notes, *([f"left out, no numbers: {', '.join(left)}"] if left else [])]
-    stamped = [shape.kinds[place] == "stamp" for place in places]
-    headings = [shape.headings[place] for place in places]
-    blocks = _blocks(path, opened, shape, places, chunk, notes)
-    if any(stamped):
-        return _with_clock(headings, stamped, blocks, shape.period, notes)
-    return Source(tuple(headings), blocks, shape.period, notes)
+    notes = [*shape.notes, *([f"{UNREAD}: {', '.join(shape.left)}"] if shape.left else [])]
+    headings = tuple(shape.headings[place] for place in places)
+    return Source(headings, _blocks(path, opened, shape, places, chunk, notes), shape.period, notes)
 
 
 def _readable(path: Path, read: Callable[[], bytes]) -> bytes:
@@ -77,7 +71,7 @@ def _readable(path: Path, read: Callable[[], bytes]) -> bytes:
 def _blocks(
     path: Path, opened: Opened, shape: CsvShape, places: Sequence[int], chunk: int, notes: list[str]
 ) -> Iterator[list[np.ndarray]]:
-    """Columns of numbers, and seconds of the stamps, chunk by chunk; a broken row is left out and counted."""
+    """Columns of numbers, and cells of stamps, chunk by chunk; a broken row is left out and counted."""
     import pyarrow as pa
 
     broken: list[int] = []
@@ -103,7 +97,7 @@ def _reader(
         broken.append(row.actual_columns)
         return "skip"
 
-    kinds = {str(place): pa.string() if shape.kinds[place] == "stamp" else pa.float64() for place in places}
+    kinds = {str(place): pa.float64() if shape.kinds[place] == "number" else pa.string() for place in places}
     return pacsv.open_csv(
         stream,
         pacsv.ReadOptions(
@@ -130,10 +124,17 @@ def _stream(file: BinaryIO, shape: CsvShape) -> "pyarrow.NativeFile":
         steps.append(lambda lines: lines.replace(b"\f", b""))
     if shape.plus:
         steps.append(lambda lines: _PLUS.sub(rb"\1", lines))
+    if shape.remarked:
+        steps.append(lambda lines: b"\n".join(_without_remark(line, shape) for line in lines.split(b"\n")))
     plain = pa.PythonFile(file, mode="r")
     if shape.encoding == "utf-8" and not steps:
         return plain
     return pa.TransformInputStream(plain, _rewriter(shape.encoding, steps))
+
+
+def _without_remark(line: bytes, shape: CsvShape) -> bytes:
+    width, mark = len(shape.headings), shape.delimiter.encode()
+    return mark.join(line.split(mark)[:width]) if line.count(mark) == width and b'"' not in line else line
 
 
 def _rewriter(encoding: str, steps: Sequence[Callable[[bytes], bytes]]) -> Callable[["pyarrow.Buffer"], bytes]:
@@ -157,7 +158,7 @@ def _numbers(column: "pyarrow.Array") -> np.ndarray:
     import pyarrow as pa
 
     if pa.types.is_string(column.type):
-        return days_and_seconds(column.to_pylist())
+        return np.array(column.to_pylist(), dtype=object)
     return np.array(column.to_numpy(zero_copy_only=False), dtype=float)
 
 
@@ -168,35 +169,3 @@ def _fault(path: Path, shape: CsvShape, message: str) -> InputError:
     column = shape.headings[int(match["column"])].cell
     row = f"row {int(match['row'])}, " if match["row"] else ""
     return InputError(f'{shown}: {row}column "{column}": "{match["cell"]}" is not a number; mend it or leave it empty')
-
-
-def _with_clock(
-    headings: Sequence[Heading],
-    stamped: Sequence[bool],
-    blocks: Iterator[list[np.ndarray]],
-    period: float | None,
-    notes: list[str],
-) -> Source:
-    """Dates and times of day as one column of seconds from the first row, the others as they are."""
-    clock = Heading(" ".join(h.cell for h, stamp in zip(headings, stamped, strict=True) if stamp), "s")
-    others = [h for h, stamp in zip(headings, stamped, strict=True) if not stamp]
-    notes.append(f'dates and times in "{clock.cell}" read as seconds from the first row')
-
-    def merged() -> Iterator[list[np.ndarray]]:
-        start, last, midnights = np.zeros(2), -np.inf, 0
-        for number, block in enumerate(blocks):
-            stamps = np.sum([values for values, stamp in zip(block, stamped, strict=True) if stamp], axis=0)
-            start = start if number or not stamps.size else stamps[:, 0]
-            day, time = stamps - start[:, None]
-            t, midnights = _past_midnight(DAY * day + time, last, midnights)
-            last = t[-1] if t.size else last
-            yield [t, *(values for values, stamp in zip(block, stamped, strict=True) if not stamp)]
-
-    return Source(unique_headings([clock, *others]), merged(), period, notes)
-
-
-def _past_midnight(t: np.ndarray, last: float, midnights: int) -> tuple[np.ndarray, int]:
-    """Times of day [n] s that go on after midnight, and how many have gone by; `last` is the time before."""
-    steps = np.diff(np.concatenate(([last - DAY * midnights], t)))
-    passed = midnights + np.cumsum(steps < -DAY / 2)
-    return t + DAY * passed, int(passed[-1]) if passed.size else midnights

@@ -10,7 +10,7 @@ import numpy as np
 from ...base.contained import contained
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
-from .epochs import since_first_row
+from .origin import since_first_row
 from .source import Source
 
 _PIECE = 2**22  # numbers that come from the other process at once

@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+UNREAD = "left out, no numbers"
+"""Begins the note on columns that are neither numbers nor stamps; a cell of each follows."""
+
 
 @dataclass(frozen=True)
 class Heading:

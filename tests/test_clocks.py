@@ -1,0 +1,285 @@
+"""Stamps of every format give the times that were written; clocks that were changed or rounded are mended, and said."""
+
+import json
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_recordings import columns, text
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.records import load_campaign, read_record
+from workbench.records.foreign import column, open_foreign, write_parts
+from workbench.records.foreign.stamps import stamp_of
+
+CASES = Path(__file__).parents[2] / "shared" / "cases" / "import"
+needs_cases = pytest.mark.skipif(not CASES.is_dir(), reason="the cases are not beside the repository")
+SECOND = 10**9
+
+
+def imported(tmp_path, file, name="lab"):
+    assert main(["import", str(file), "--rig", "jack-10t", "--out", str(tmp_path / name)]) == 0
+    return json.loads((tmp_path / name / "metrics.json").read_text())
+
+
+def clock(path):
+    """The times [n] s of a foreign file, of the column that is its clock."""
+    source = open_foreign(path)
+    (part,) = write_parts(source, path, path.parent, "made")
+    (cell,) = [heading.cell for heading in part.headings if heading.unit == "s"]
+    return column(path.parent / part.file, cell)
+
+
+# --- any format, rate, origin and order
+
+TEXTS = {
+    "%d.%m.%Y %H:%M:%S.%f": 6, "%m/%d/%Y %I:%M:%S.%f %p": 6, "%Y-%m-%dT%H:%M:%S.%fZ": 6, "%d-%b-%Y %H:%M:%S.%f": 6,
+    "%Y-%m-%dT%H:%M:%S.%f+05:30": 6, "%Y%m%d %H%M%S.%f": 6, "%y/%m/%d %H:%M:%S.%f": 6, "%d/%m/%y %H:%M:%S.%f": 6,
+    "%b %d, %Y %H:%M:%S.%f": 6, "%j:%H:%M:%S.%f": 6, "%m-%d-%Y %H:%M:%S.%f": 6, "%a, %d %b %Y %H:%M:%S.%f +0100": 6,
+}  # fmt: skip
+COUNTS = {  # unit in ns, and s from its epoch to 1970
+    "unix": (10**9, 0), "ms": (10**6, 0), "us": (10**3, 0), "ns": (1, 0), "1904": (10**9, 24107 * 86400),
+    "filetime": (100, 134774 * 86400), "ticks": (100, 719162 * 86400), "excel": (86400 * 10**9, 25569 * 86400),
+    "datenum": (86400 * 10**9, 719529 * 86400),
+}  # fmt: skip
+MOMENTS = st.datetimes(datetime(2001, 1, 1), datetime(2035, 12, 30))
+PERIODS = st.sampled_from([100, 250, 500, 1000, 2000, 4000, 5000, 10000, 50000])  # us
+
+
+def written(moments, kind):
+    """Cells of moments in a format of TEXTS, or in a count of COUNTS to all the digits that its writers give."""
+    if kind in TEXTS:
+        return [moment.strftime(kind) for moment in moments]
+    unit, epoch = COUNTS[kind]
+    exact = [((m - datetime(1970, 1, 1)) // timedelta(microseconds=1) * 1000 + epoch * SECOND) for m in moments]
+    if unit <= 1000:
+        return [str(ns // unit) for ns in exact]
+    return [f"{ns // unit}.{ns % unit * 10**12 // unit:012d}" for ns in exact]
+
+
+@settings(max_examples=100, deadline=None)
+@given(MOMENTS, PERIODS, st.sampled_from([*TEXTS, *COUNTS]), st.booleans())
+def test_any_stamps_give_the_times_that_were_written(tmp_path_factory, start, period, kind, near_midnight):
+    if near_midnight:
+        start = start.replace(hour=23, minute=59, second=59, microsecond=990000)
+    if kind.startswith("%j"):
+        start = start.replace(month=1 + start.month % 11, day=1)  # a day of the year alone ends with the year
+    moments = [start + timedelta(microseconds=period * k) for k in range(60)]
+    path = tmp_path_factory.mktemp("stamps") / "a.csv"
+    rows = [f"{cell};{0.1 * k:.3f};{k}" for k, cell in enumerate(written(moments, kind))]
+    path.write_text("\n".join(["Time;u [V];x [mm]", *rows]) + "\n")
+    digits = {"datenum": 1.2e-5, "unix": 1e-6, "ms": 1e-6, "1904": 1e-6, "excel": 1e-6}.get(kind, 1e-9)  # of a double
+    np.testing.assert_allclose(clock(path), 1e-6 * period * np.arange(60), rtol=0, atol=digits)
+
+
+@settings(max_examples=25, deadline=None)
+@given(MOMENTS, PERIODS, st.sampled_from(["s", "us", "ns"]), st.sampled_from([None, "UTC", "America/New_York", "text"]))
+def test_parquet_stamps_of_any_unit_and_zone_give_the_times_that_were_written(
+    tmp_path_factory, start, period, unit, zone
+):
+    path = tmp_path_factory.mktemp("stamps") / "a.parquet"
+    step = 10**6 if unit == "s" else period
+    moments = [start.replace(microsecond=0) + timedelta(microseconds=step * k) for k in range(60)]
+    if zone == "text":
+        cells = pa.array([f"{moment:%Y-%m-%d %H:%M:%S.%f}" for moment in moments])
+    else:
+        cells = pa.array(moments, pa.timestamp(unit)).cast(pa.timestamp(unit, zone))
+    pq.write_table(pa.table({"x [mm]": np.arange(60.0), "when": cells}), path)
+    np.testing.assert_allclose(clock(path), 1e-6 * step * np.arange(60), rtol=0, atol=1e-12)
+
+
+def test_durations_and_times_of_day_of_parquet_are_clocks(tmp_path):
+    ms = np.arange(60) * 10
+    for kind in (pa.duration("ms"), pa.time32("ms"), pa.time64("us")):
+        cells = pa.array(ms, pa.int32() if kind == pa.time32("ms") else pa.int64())
+        cells = cells.cast(kind) if kind != pa.time64("us") else pa.array(ms * 1000).cast(kind)
+        pq.write_table(pa.table({"x": np.arange(60.0), "t": cells}), tmp_path / "a.parquet")
+        np.testing.assert_allclose(clock(tmp_path / "a.parquet"), 1e-3 * ms, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("cell", "day", "second"),
+    [
+        ("24.12.2025 17:05:09,250", (24, 12, 2025), 61509.25), ("17:05:09:250", None, 61509.25),
+        ("2025-12-24T17:05:09.25+01:00", 20446, 57909.25), ("Tue Mar 11 12:00:00 2025", 20158, 43200),
+        ("11. März 2025 12:00:00", 20158, 43200), ("20250311T120000.125Z", 20158, 43200.125),
+        ("2025-070T12:00:00", 20158, 43200), ("0 days 00:00:01.5", 0, 1.5), ("05:36.7", None, 336.7),
+        ("2025-03-11T12:00:00+01:00[Europe/Berlin]", 20158, 39600), ("2025-03-11 12:00:00 CEST", 20158, 36000),
+        ("4:05:36.674 p.m.", None, 57936.674), ("25:00:00.5", None, 90000.5), ("12/11/25", (12, 11, 25), None),
+    ],
+)  # fmt: skip
+def test_a_cell_is_read(cell, day, second):
+    stamp = stamp_of(cell)
+    assert stamp is not None
+    assert (stamp.day, stamp.ns) == (day, None if second is None else round(second * SECOND))
+
+
+@pytest.mark.parametrize(
+    "cell", ["3.5", "1e5", "2025", "abc", "31.02.2025", "", None, "nan", "12-14", "120000", "20250311", "Time", "12:71"]
+)
+def test_what_is_no_stamp_is_none(cell):
+    assert stamp_of(cell) is None
+
+
+# --- the order of day and month
+
+
+def stamped(path, stamps):
+    path.write_text("\n".join(["Time,x [mm]", *(f"{stamp},{k}" for k, stamp in enumerate(stamps))]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "order"),
+    [
+        ("03/11/2025", "03/12/2025", "month, day, year"), ("11/03/2025", "12/03/2025", "day, month, year"),
+        ("25/03/11", "25/03/12", "year, month, day"), ("01/31/2025", "02/01/2025", ""),
+        ("31.01.2025", "01.02.2025", ""),
+    ],
+)  # fmt: skip
+def test_the_order_of_a_date_is_the_one_in_which_the_clock_goes_on(tmp_path, before, after, order):
+    rows = [f"{before} 23:59:59.{k:03d}" for k in range(980, 1000)] + [f"{after} 00:00:00.{k:03d}" for k in range(20)]
+    path = stamped(tmp_path / "a.csv", rows)
+    assert clock(path) == pytest.approx(1e-3 * np.arange(40), abs=1e-12)
+    (part,) = write_parts(open_foreign(path), path, tmp_path, "again")
+    assert any(f"are {order}: in that order the clock goes on" in note for note in part.notes) == bool(order)
+
+
+def test_the_order_is_one_for_the_whole_file(tmp_path):
+    """The block of 1 MiB in which the day changes settles those that come after it, in which any order would do."""
+    start = datetime(2025, 1, 12, 23, 59, 30)
+    rows = [(start + timedelta(milliseconds=k)).strftime("%m/%d/%Y %H:%M:%S.%f") for k in range(60000)]
+    path = stamped(tmp_path / "a.csv", rows)
+    assert clock(path) == pytest.approx(1e-3 * np.arange(60000), abs=1e-9)
+
+
+def test_dates_in_no_one_order_are_refused_by_name(tmp_path):
+    path = stamped(tmp_path / "a.csv", [f"13/01/2025 00:00:0{k}" for k in range(9)] + ["01/13/2025 00:00:09"] * 3)
+    with pytest.raises(InputError, match=r'column "Time": dates such as .* are in no one order'):
+        clock(path)
+
+
+def test_milliseconds_beside_whole_seconds_belong_to_the_clock(tmp_path):
+    rows = [f"10:00:{k // 100:02d};{k % 100 * 10};{k}" for k in range(300)]
+    (tmp_path / "a.csv").write_text("\n".join(["Time;ms;x [mm]", *rows]) + "\n")
+    assert clock(tmp_path / "a.csv") == pytest.approx(0.01 * np.arange(300))
+
+
+def test_a_second_clock_is_left_out_by_name(tmp_path):
+    start = datetime(2025, 3, 11)
+    rows = [f"{start + timedelta(seconds=k)},2025-01-01 00:00:00,{k}" for k in range(30)]
+    (tmp_path / "a.csv").write_text("\n".join(["Device,Started,x [mm]", *rows]) + "\n")
+    assert clock(tmp_path / "a.csv") == pytest.approx(np.arange(30))
+    source = open_foreign(tmp_path / "a.csv")
+    assert "left out, beside the clock: Started" in source.notes
+
+
+# --- clocks that were changed, rounded, uneven
+
+
+def record_of(tmp_path, t, header="t [s]"):
+    u = np.sin(30 * np.arange(t.size) * 1e-3)
+    rows = [f"{a:.6f},{b:.5f},{100 + c:.3f}" for a, b, c in zip(t, u, 5 * u, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([f"{header},command [1],pa [bar]", *rows]) + "\n")
+    return read_record(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(("jump", "word"), [(-3600.0, "back"), (3600.0, "on")])
+def test_an_hour_is_a_change_of_the_clocks(tmp_path, jump, word):
+    t = 7199.5 + 1e-3 * np.arange(1000)
+    record = record_of(tmp_path, t + jump * (t >= 7200))
+    assert record.t == pytest.approx(t)
+    assert any(f"the clock goes {word} by an hour, a change of the clocks" in note for note in record.notes)
+
+
+def test_a_pause_of_another_length_stays(tmp_path):
+    t = 1e-3 * np.arange(1000)
+    t[500:] += 3590.0
+    assert record_of(tmp_path, t).t == pytest.approx(t)
+
+
+@pytest.mark.parametrize(("period", "digits"), [(1e-3, 2), (5e-4, 3), (2e-3, 1), (7e-4, 3)])
+def test_stamps_that_were_rounded_until_they_repeat_are_even_again(tmp_path, period, digits):
+    t = period * np.arange(3000)
+    record = record_of(tmp_path, np.round(t, digits))
+    assert record.t == pytest.approx(t, abs=1e-6)
+    assert any("stamps repeat, rounded to" in note for note in record.notes)
+
+
+def test_stamps_that_repeat_in_no_even_way_are_refused_by_name(tmp_path):
+    with pytest.raises(InputError, match=r'in column "t \[s\]" are missing, repeat or run backwards'):
+        record_of(tmp_path, np.repeat(np.cumsum(np.tile([0.01, 0.01, 0.01, 1.0], 50)), 3))
+
+
+def test_rows_at_no_even_pace_are_refused_before_windows_and_free_runs(tmp_path):
+    t = 1e-3 * np.cumsum(np.random.default_rng(1).integers(18, 54, 300))
+    with pytest.raises(InputError, match=r"rows come 0\.01\d+ to 0\.05\d* s apart"):
+        record_of(tmp_path, t)
+
+
+# --- clocks that say no unit, and cells that cannot be read
+
+
+@pytest.mark.parametrize(
+    ("period", "unit"),
+    [(0.001, "s"), (0.05, "s"), (0.0500001, "s"), (1.0, "ms"), (0.5, "ms"), (1000.0, "us"), (1e6, "ns")],
+)
+def test_a_clock_without_a_unit_is_held_against_the_rig_s_period(tmp_path, period, unit):
+    table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "position": "mm"}, rows=1500)
+    table["t"] = period * np.arange(1500)
+    (tmp_path / "a.csv").write_text(text(["t,u [-],pa [bar],x [mm]"], list(table.values())))
+    assert imported(tmp_path, tmp_path / "a.csv")["signals"]["t"]["unit"] == unit
+
+
+def test_a_clock_that_cannot_be_read_is_said_with_its_form(tmp_path, capsys):
+    table = columns("steps", {"command": "1", "pa": "bar", "position": "mm"}, rows=300)
+    rows = text([], list(table.values())).strip().splitlines()
+    rows = [f"{12 + k // 60}h{k % 60}min,{row}" for k, row in enumerate(rows)]
+    (tmp_path / "a.csv").write_text("\n".join(["Zeit,u [-],pa [bar],x [mm]", *rows]) + "\n")
+    metrics = imported(tmp_path, tmp_path / "a.csv")
+    said = 'no column is read as a clock: left out, no numbers: Zeit ("12h0min")'
+    assert metrics["problem"].startswith(said)
+    assert said in capsys.readouterr().out
+
+
+# --- the cases
+
+
+@needs_cases
+@pytest.mark.parametrize(
+    "name",
+    ["us_midnight_ambiguous.csv", "us_long.csv.gz", "iso_offset.csv", "tz_column.parquet", "filetime.csv",
+     "excel_serial.csv", "dst_back.csv"],
+)  # fmt: skip
+def test_the_cases_of_stamps_have_rows_of_a_millisecond(tmp_path, name):
+    metrics = imported(tmp_path, CASES / name)
+    assert metrics["ready"]
+    assert set(metrics["signals"]) == {"t", "command", "position", "pa", "pb"}
+    (part,) = metrics["files"]
+    mapping = load_campaign(tmp_path / "lab")
+    rows = sorted((record for record in mapping.records), key=lambda record: record.t[0])
+    assert rows[0].t[0] == pytest.approx(0.0)
+    assert rows[-1].t[-1] == pytest.approx(1e-3 * (part["rows"] - 1), abs=2e-6)
+    assert all(np.diff(record.t) == pytest.approx(1e-3, abs=2e-6) for record in rows)
+    assert ("a change of the clocks" in " ".join(metrics["mended"])) == (name == "dst_back.csv")
+
+
+TRACER = CASES.parents[1] / "data" / "mts_press" / "tracerdaq_head.txt"
+
+
+@pytest.mark.skipif(not TRACER.is_file(), reason="measured data is not beside the repository")
+def test_the_first_lines_of_a_tracerdaq_file_keep_their_header(tmp_path):
+    source = open_foreign(TRACER)
+    assert [heading.cell for heading in source.headings] == [
+        "Sample Number", "Date/Time", "CHANNEL0", "CHANNEL1", "CHANNEL2",
+    ]  # fmt: skip
+    (part,) = write_parts(source, TRACER, tmp_path, "a")
+    assert part.rows == 1993
+    assert column(tmp_path / part.file, "Date/Time") == pytest.approx(1e-3 * np.arange(1993))
+    assert column(tmp_path / part.file, "CHANNEL0")[0] == -0.0209
