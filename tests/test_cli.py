@@ -81,6 +81,7 @@ def edited(tmp_path: Path, start: str, row: str) -> Path:
         ("beta =", 'bta = {value = 1e9, unit = "Pa"}', ["line 10", 'did you mean "beta"']),
         ("beta =", "", ["oil.beta: missing", "bulk modulus"]),
         ("M =", 'M = {value = -5, unit = "kg"}', ["load.M", "outside"]),
+        ("l =", 'l = {value = 1, unit = "m"}', ["line 16", "valve.l: 1 m is outside 0.001 to 0.05 m"]),
         ("M =", "M = {value = , }", ["line 67", "mend the TOML"]),
         ('kind = "double', 'kind = "double"', ["jack.kind", 'did you mean "double-rod"']),
     ],

@@ -1,7 +1,9 @@
 """Machine code against CasADi's interpreter: every operation, whole runs, bad lanes, and what falls back."""
 
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,12 +14,14 @@ import pytest
 from workbench.engine import Engine, emit, object_cache, rosenbrock
 from workbench.engine.backend import NotCompiled, Stepping, compile_plant
 from workbench.engine.compiled import CompiledPlant
+from workbench.engine.engine import back_end_of
 from workbench.engine.vector_math import LIBM
 from workbench.plant import Plant, build
 from workbench.rigs.rig_file import load_rig
 
 STEPPING = Stepping(tolerance=1e-5, first_step=2e-5, cap=20_000)
 PERIOD = 5e-4
+BACK_ENDS = ("compiled", "interpreted")
 
 UNARY = {
     "neg": lambda x: -x,
@@ -279,6 +283,40 @@ def test_the_cap_on_attempts_marks_a_lane(jack: Plant) -> None:
     batch = few.run_batch(jack.start[None], PERIOD * np.arange(4), command(jack, 3))
     assert batch.failed[0] == 0
     assert batch.attempts[0] == 3
+
+
+def test_a_run_of_too_many_attempts_for_its_time_is_given_up(jack: Plant) -> None:
+    """At the first moment at which they are more than a burst and so many a second, whatever runs it."""
+    few = Stepping(1e-5, 2e-5, 20_000, rate=1000.0, burst=20.0)
+    t, u = PERIOD * np.arange(401), command(jack, 400)
+    whole = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING)
+    runs = {name: back_end_of(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, few, name)[0] for name in BACK_ENDS}
+    batches = {name: run.run_batch(np.tile(jack.start, (2, 1)), t, u) for name, run in runs.items()}
+    used = [whole.run_batch(jack.start[None], t[: k + 1], u[:k]).attempts[0] for k in range(1, 60)]
+    first = next(k for k, attempts in enumerate(used) if attempts > few.burst + few.rate * t[k + 1])
+    for batch in batches.values():
+        assert batch.failed.tolist() == [first] * 2
+        assert few.spent(int(batch.attempts[0]), t[first + 1])
+        assert np.isfinite(batch.x[0, : first + 1]).all()
+    assert not few.spent(used[first - 1], t[first])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a signal to a process of its own is POSIX")
+def test_an_interrupt_is_heard_inside_a_long_run(jack: Plant) -> None:
+    """Stopped within a fraction of what it would take, and the next run is whole."""
+    compiled = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING)
+    rows = 2_000_000
+    t, u = PERIOD * np.arange(rows + 1), np.tile(command(jack, 1000), (rows // 1000, 1))
+    before = time.process_time()
+    alarm = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        with pytest.raises(KeyboardInterrupt):
+            compiled.run_batch(jack.start[None], t, u)
+    finally:
+        signal.signal(signal.SIGALRM, alarm)
+    assert time.process_time() - before < 1.5
+    assert compiled.run_batch(jack.start[None], t[:101], u).ok.all()
 
 
 def test_the_loop_goes_the_same_way_as_a_batch_of_one_period(jack: Plant, compiled: CompiledPlant) -> None:

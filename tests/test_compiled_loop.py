@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
 from workbench.control.protocol import linear_law
 from workbench.engine import Engine
@@ -116,3 +117,13 @@ def test_a_loop_that_cannot_be_simulated_ends_where_the_python_one_ends():
     ]
     assert runs[0].tripped == runs[1].tripped == SIMULATION_FAILED
     assert len(runs[0].record.t) == len(runs[1].record.t) < 50
+
+
+def test_a_rig_that_takes_absurdly_many_steps_is_refused_in_one_line(rig, monkeypatch):
+    monkeypatch.setattr("workbench.engine.engine.RATE", 100.0)
+    monkeypatch.setattr("workbench.engine.engine.BURST", 50.0)
+    engine = Engine(build(rig))
+    rest = equilibrium(engine.plant)
+    loop = SampledLoop(engine, rig, LINEAR[0].build(rig.period.value), rest, 1)
+    with pytest.raises(InputError, match="jack-10t: a simulated second takes more than 100 steps of integration"):
+        loop.run(np.zeros(200), added=0.5 * np.random.default_rng(0).uniform(-1, 1, 200))

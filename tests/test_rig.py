@@ -124,7 +124,7 @@ AT_ROW = [
     (MASS, 'M = {unit = "kg"}', "load.M.value: missing"),
     (MASS, 'M = {value = nan, unit = "kg"}', "load.M.value = nan: must be a finite number"),
     (MASS, 'M = {value = inf, unit = "kg"}', "load.M.value = inf: must be a finite number"),
-    (MASS, 'M = {value = -5, unit = "kg"}', "load.M: -5 kg is outside 0.001 to 1e+07 kg"),
+    (MASS, 'M = {value = -5, unit = "kg"}', "load.M: -5 kg is outside 0.01 to 1e+06 kg"),
     (MASS, 'M = {value = 0, unit = "kg"}', "load.M: 0 kg is outside"),
     (
         MASS,

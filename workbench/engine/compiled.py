@@ -2,9 +2,11 @@
 
 import ctypes
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
-from threading import Thread
+from threading import Event, Thread, current_thread, main_thread
+from time import sleep
 
 import casadi as ca
 import numpy as np
@@ -14,6 +16,7 @@ from . import object_cache
 from .codegen import module
 from .jobs import Batch, OutputJob, RunJob, Stepping
 
+_SHORT = 50  # intervals or rows: where nothing is absurd, less than a thread takes to start
 _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about as long as fewer of them
 
 
@@ -229,7 +232,7 @@ class CompiledPlant:
         return Batch(x, attempts, np.where(failed < 0, -1, failed // parts)), out
 
     def _limits(self, first_step: float) -> dict[str, float]:
-        return {"first_step": first_step, "tolerance": self._stepping.tolerance, "cap": self._stepping.cap}
+        return {"first_step": first_step, **self._stepping.limits}
 
     def _check(self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
         lanes, rows, k = len(x0), durations.shape[-1], len(self._p)
@@ -264,7 +267,7 @@ class CallBuffers:
         self._attempts, self.failed = np.zeros(1, dtype=np.int64), np.full(1, -1)
         run = {"x0": self.x, "duration": self.duration, "u": self.u, "p": self.p, "x": self.states}
         run |= {"attempts": self._attempts, "failed": self.failed}
-        limits = {"first_step": stepping.first_step, "tolerance": stepping.tolerance, "cap": stepping.cap}
+        limits = {"first_step": stepping.first_step, **stepping.limits}
         self.run_job = RunJob(**_addresses(**run), **_counts(1, 1, 1, 2), **limits)
         self.output_job, self.after_job = (
             OutputJob(*(a.ctypes.data for a in (at, self.u, self.p, self.y)), 0, 1, 1, 0, 0, 0, 0)
@@ -308,14 +311,32 @@ def _spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
 
 
 def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, rows: int) -> None:
-    """Run a job on as many threads as it is worth; each takes the next lane that nobody has."""
+    """Run a job on as many threads as it is worth; each takes the next lane that nobody has.
+
+    Python hears of signals (Ctrl-C) in its main thread alone, and not in machine code: it waits for a job that may take
+    long, and stops it before it goes on with an exception.
+    """
     if not lanes * rows:
         return
     address = ctypes.addressof(job)
     threads = min(cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
-    others = [Thread(target=call, args=(address,)) for _ in range(threads - 1)]
-    for thread in others:
-        thread.start()
+    waits = lanes * rows > _SHORT and current_thread() is main_thread()
+    ends = [Event() for _ in range(threads if waits else threads - 1)]  # a join that is interrupted loses its thread
+    for end in ends:
+        Thread(target=_run_to, args=(call, address, end)).start()
+    try:
+        if not waits:
+            call(address)
+        for end in ends:
+            end.wait()
+    except BaseException:
+        job.stop()
+        while not all(end.is_set() for end in ends):  # they are at our arrays
+            with suppress(KeyboardInterrupt):
+                sleep(0.001)
+        raise
+
+
+def _run_to(call: Callable[[int], None], address: int, end: Event) -> None:
     call(address)
-    for thread in others:
-        thread.join()
+    end.set()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import casadi as ca
 import numpy as np
 
+from ..base.errors import InputError
 from ..plant import Plant
 from .backend import NotCompiled, compile_plant
 from .graph_cache import attempt_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
+RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has taken more than these has failed
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
 
@@ -39,7 +41,8 @@ class Engine:
         self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto", brief: bool = False
     ) -> None:
         self.plant = plant
-        graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, Stepping(tolerance, FIRST_STEP, ATTEMPTS))
+        self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
+        graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
         self._laws: dict[InstantShape, SampledLaw] = {}
 
@@ -143,6 +146,13 @@ class Engine:
         law, runs = self._laws[shape], cast("CompiledPlant", self._runs)
         address = law.block if runs.in_blocks(len(x0)) else law.single
         return runs.run_sampled(address, x0, durations, state, rows, numbers, shape.width_out, every, p)
+
+    def check_pace(self, attempts: int, seconds: float) -> None:
+        """Raises InputError for so many attempts of a run that failed within so many seconds, where it was given up:
+        then the rig's numbers are to blame."""
+        if self._stepping.spent(attempts, seconds):
+            what = f"a simulated second takes more than {RATE:.0f} steps of integration"
+            raise InputError(f"{self.plant.name}: {what}; check the rig's stiffnesses, gains, volumes and masses")
 
     def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [rows, outputs] or [lanes, rows, outputs] for x of rows or lanes of rows; u and p are broadcast."""

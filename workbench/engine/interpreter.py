@@ -68,9 +68,10 @@ class InterpretedPlant:
         self, x0: np.ndarray, durations: np.ndarray, u: np.ndarray, p: np.ndarray, every: int, into: np.ndarray
     ) -> tuple[int, int]:
         into[0] = state = x0
-        attempts, step = 0, self._stepping.first_step
+        attempts, step, budget = 0, self._stepping.first_step, self._stepping.burst
         for j, duration in enumerate(durations):
-            after, step, used = self._hold(state, u[j], duration, p, step)
+            budget += self._stepping.rate * duration
+            after, step, used = self._hold(state, u[j], duration, p, step, budget - attempts)
             attempts += used
             if after is None:
                 return attempts, j
@@ -116,16 +117,17 @@ class InterpretedPlant:
         return np.array(self._h(*columns)).T.reshape(*lead, -1)
 
     def _hold(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray, step: float
+        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray, step: float, most: float = np.inf
     ) -> tuple[np.ndarray | None, float, int]:
-        """State at the end of an interval (None: failed), the step length to go on with, and the attempts used."""
+        """State at the end of an interval (None: failed), the step length to go on with, and the attempts used, which
+        are `most` at most."""
         n = self._n
         self._u[:], self._p[:] = u, p
         start = self._turns[0].source
         start[:n] = x
         start[n:] = (duration, step, 0)
         attempts = 0.0
-        while attempts < self._stepping.cap:
+        while attempts < min(self._stepping.cap, most):
             for turn in self._turns:
                 turn.call()
                 left, step, attempts = turn.target[n:]

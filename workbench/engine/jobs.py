@@ -22,9 +22,13 @@ class RunJob(ctypes.Structure):
         "x0 duration u p x attempts failed sample law rows_in numbers rows_out",
         "next lanes rows every records t_lane u_lane p_lane "
         "parts law_lane in_lane in_row numbers_lane out_lane out_row",
-        "first_step tolerance cap",
+        "first_step tolerance cap rate burst",
     )
     _fields_ = FIELDS
+
+    def stop(self) -> None:
+        """Let the lanes that run fail at their next interval, and begin no other."""
+        self.next, self.cap = self.lanes, 0.0
 
 
 class OutputJob(ctypes.Structure):
@@ -33,17 +37,33 @@ class OutputJob(ctypes.Structure):
     FIELDS = _fields("x u p y", "next lanes rows u_lane u_row p_lane p_row")
     _fields_ = FIELDS
 
+    def stop(self) -> None:
+        """Begin no other lane."""
+        self.next = self.lanes
+
 
 Job = type[RunJob] | type[OutputJob]
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """How attempts are made: their tolerance, the first step of a run [s], and how many an interval may take."""
+    """How attempts are made: their tolerance, the first step of a run [s], how many an interval may take, and how many
+    a run may have taken at any of its moments: `burst`, and `rate` for each second [1/s] that it has come."""
 
     tolerance: float
     first_step: float
     cap: int
+    rate: float = np.inf
+    burst: float = np.inf
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """As a job has them, but for the first step."""
+        return {"tolerance": self.tolerance, "cap": self.cap, "rate": self.rate, "burst": self.burst}
+
+    def spent(self, attempts: int, seconds: float) -> bool:
+        """Whether a run that failed within so many seconds had no attempts left, rather than no way on."""
+        return attempts >= self.burst + self.rate * seconds * (1 - 1e-9)
 
 
 @dataclass(frozen=True)
@@ -79,7 +99,7 @@ class Frame:
     def places(self) -> dict[str, int]:
         """First element of each part, and the end; the state x is followed by time left, step and attempts."""
         sizes = {"x": self.n, "left": 1, "step": 1, "attempts": 1, "u": self.inputs, "p": self.parameters}
-        sizes |= {"tolerance": 1, "prepared": self.prepared, "limit": 1}
+        sizes |= {"tolerance": 1, "prepared": self.prepared, "limit": 1, "budget": 1}
         sizes |= {"lane": 1, "row": 1, "clock": 1, "input": 1, "target": 1, "wait": 1}
         sizes |= {"law": 1, "row_in": 1, "numbers": 1, "row_out": 1, "end": 0}
         ends = accumulate(sizes.values())

@@ -131,7 +131,8 @@ class Instants:
 
 
 class CompiledLoop:
-    """One loop, its law ready to run, numbers [1, k] and state [1, k] of it; each `run` goes on where the last ended.
+    """One loop, its law ready to run, numbers [1, k] and state [1, k] of it; each `run` goes on where the last ended,
+    and raises InputError where the plant takes absurdly many steps of integration.
 
     signals: (r, y) as measured at the start, where the drive holds the inputs u [m].
     """
@@ -152,6 +153,8 @@ class CompiledLoop:
         rows = np.column_stack((reference, added, others, self._sensors.noise_rows(len(reference))))[None]
         batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self.state, rows, self.numbers)
         failed = int(batch.failed[0])
+        if failed >= 0:
+            self._engine.check_pace(int(batch.attempts[0]), (failed + 1) * self._rig.period.value)
         sent, demanded, held, trips = out[0].T
         trip = int(trips[failed])  # the last where nothing failed: -1
         reason = trip_reason(self._rig, trip) if trip else None

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from ..base.units import Spec
 
 _COMMON = {
-    "S": Spec("m", 1e-3, 100.0, "stroke between the end stops"),
-    "xmid": Spec("m", -100.0, 100.0, "position signal at mid stroke"),
-    "Cl": Spec("m^3/s/Pa", 0.0, 1e-6, "laminar leakage between the chambers"),
-    "ke": Spec("N/m", 1e3, 1e12, "stiffness of an end stop"),
-    "ce": Spec("N s/m", 0.0, 1e9, "damping of an end stop"),
+    "S": Spec("m", 1e-3, 20.0, "stroke between the end stops"),
+    "xmid": Spec("m", -20.0, 20.0, "position signal at mid stroke"),
+    "Cl": Spec("m^3/s/Pa", 0.0, 1e-8, "laminar leakage between the chambers"),
+    "ke": Spec("N/m", 1e3, 1e11, "stiffness of an end stop"),
+    "ce": Spec("N s/m", 0.0, 1e8, "damping of an end stop"),
 }
 
 
@@ -27,8 +27,8 @@ class JackKind:
 DOUBLE_ROD = JackKind(
     "double-rod",
     {
-        "Aj": Spec("m^2", 1e-6, 10.0, "piston area, both sides"),
-        "V0": Spec("m^3", 1e-9, 1.0, "dead volume of a side"),
+        "Aj": Spec("m^2", 1e-5, 3.0, "piston area, both sides"),
+        "V0": Spec("m^3", 1e-8, 0.5, "dead volume of a side"),
         **_COMMON,
     },
     areas=("Aj", "Aj"),
@@ -37,10 +37,10 @@ DOUBLE_ROD = JackKind(
 DIFFERENTIAL = JackKind(
     "differential",
     {
-        "AA": Spec("m^2", 1e-6, 10.0, "piston area of chamber A"),
-        "AB": Spec("m^2", 1e-6, 10.0, "annulus area of chamber B"),
-        "V0A": Spec("m^3", 1e-9, 1.0, "dead volume of side A"),
-        "V0B": Spec("m^3", 1e-9, 1.0, "dead volume of side B"),
+        "AA": Spec("m^2", 1e-5, 3.0, "piston area of chamber A"),
+        "AB": Spec("m^2", 1e-5, 3.0, "annulus area of chamber B"),
+        "V0A": Spec("m^3", 1e-8, 0.5, "dead volume of side A"),
+        "V0B": Spec("m^3", 1e-8, 0.5, "dead volume of side B"),
         **_COMMON,
     },
     areas=("AA", "AB"),

@@ -7,8 +7,8 @@ from ..base.units import Spec
 SPECIMEN, GRIPS, ROD_CELL = "specimen", "grips", "rod-cell"
 LOADS: dict[str, Mapping[str, Spec]] = {
     SPECIMEN: {},
-    GRIPS: {"Mg": Spec("kg", 0.0, 1e6, "part of the moving mass between the load cell and the specimen")},
-    ROD_CELL: {"Mr": Spec("kg", 0.0, 1e6, "part of the moving mass between the piston and the load cell on its rod")},
-    "cylinder": {"AL": Spec("m^2", 1e-6, 10.0, "area of a cylinder that pushes back with a set pressure")},
+    GRIPS: {"Mg": Spec("kg", 0.0, 1e5, "part of the moving mass between the load cell and the specimen")},
+    ROD_CELL: {"Mr": Spec("kg", 0.0, 1e5, "part of the moving mass between the piston and the load cell on its rod")},
+    "cylinder": {"AL": Spec("m^2", 1e-5, 3.0, "area of a cylinder that pushes back with a set pressure")},
 }
 """Further numbers of the table `load`, by its kind; a rig file without a kind has a specimen alone."""

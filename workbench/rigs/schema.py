@@ -7,33 +7,33 @@ GRADIENT = "m^2/s/Pa^0.5"
 
 SUPPLY = {
     "Ps": Spec("Pa", 1e5, 1e8, "supply pressure, absolute"),
-    "Pr": Spec("Pa", 0.0, 1e7, "return pressure, absolute"),
+    "Pr": Spec("Pa", 0.0, 5e6, "return pressure, absolute"),
 }
-OIL = {"beta": Spec("Pa", 1e7, 5e9, "effective bulk modulus")}
+OIL = {"beta": Spec("Pa", 1e7, 4e9, "effective bulk modulus")}
 
 LOAD = {
-    "M": Spec("kg", 1e-3, 1e7, "moving mass"),
-    "b": Spec("N s/m", 0.0, 1e8, "viscous friction"),
-    "ks": Spec("N/m", 0.0, 1e12, "specimen stiffness, 0: none"),
-    "cs": Spec("N s/m", 0.0, 1e9, "specimen damping, 0: none"),
+    "M": Spec("kg", 1e-2, 1e6, "moving mass"),
+    "b": Spec("N s/m", 0.0, 1e7, "viscous friction"),
+    "ks": Spec("N/m", 0.0, 1e11, "specimen stiffness, 0: none"),
+    "cs": Spec("N s/m", 0.0, 1e8, "specimen damping, 0: none"),
 }
 LIMITS = {
-    "stroke": Spec("m", 1e-4, 100.0, "allowed distance from mid stroke"),
-    "speed": Spec("m/s", 1e-4, 100.0, "allowed speed"),
-    "force": Spec("N", 1.0, 1e9, "capacity of the load cell"),
+    "stroke": Spec("m", 1e-4, 20.0, "allowed distance from mid stroke"),
+    "speed": Spec("m/s", 1e-4, 50.0, "allowed speed"),
+    "force": Spec("N", 1.0, 1e8, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
-    "following_error": Spec("m", 1e-6, 100.0, "allowed distance of the position from its reference"),
+    "following_error": Spec("m", 1e-6, 20.0, "allowed distance of the position from its reference"),
     "flow_error": Spec("1", 0.01, 10.0, "share of the travel that spool and pressures say, by which it may be another"),
 }
 FOLLOWING_TIME = 0.02  # s: that a following error beyond its limit may last
 STOPS = ("close", "hold")  # what the guard does after a trip: close the valve, and then hold the jack where it stands
 CONTROL = {
-    "period": Spec("s", 1e-6, 1.0, "control period"),
+    "period": Spec("s", 1e-5, 1.0, "control period"),
     "computing_delay": Spec("s", 0.0, 0.1, "time from a sample to its command"),
-    "deadline": Spec("s", 1e-6, 1.0, "longest time that a controller in Python may compute"),
+    "deadline": Spec("s", 1e-5, 1.0, "longest time that a controller in Python may compute"),
 }
 SHUT_OFF = {
-    "closing_time": Spec("s", 1e-6, 10.0, "time from a trip until the shut-off valve is closed"),
+    "closing_time": Spec("s", 1e-4, 10.0, "time from a trip until the shut-off valve is closed"),
     "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
 }
 OPTIONAL = ("following_error", "flow_error", "computing_delay", "deadline")  # of limits and control

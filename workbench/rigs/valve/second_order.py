@@ -5,14 +5,14 @@ from .kind import ValveKind
 from .lands import MAIN_LANDS, RATED, SLOTS
 
 _NUMBERS = {
-    "f0": Spec("Hz", 0.1, 1e4, "natural frequency of the spool with its drive"),
-    "zeta": Spec("1", 0.01, 10.0, "damping ratio of the spool with its drive"),
+    "f0": Spec("Hz", 0.5, 2e3, "natural frequency of the spool with its drive"),
+    "zeta": Spec("1", 0.05, 5.0, "damping ratio of the spool with its drive"),
     "z0": Spec("1", -0.5, 0.5, "spool offset at zero command, over full travel"),
     **MAIN_LANDS,
 }
 _FIGURES = {
     **RATED,
-    "leakage": Spec("m^3/s", 1e-12, 1.0, "flow from supply to return at null, ports closed"),
+    "leakage": Spec("m^3/s", 1e-10, 1e-2, "flow from supply to return at null, ports closed"),
     "leakage_drop": Spec("Pa", 1e4, 1e8, "supply less return at which the leakage was measured"),
 }
 _FURTHER = {"hysteresis": Spec("1", 0.0, 0.5, "width of the loop of hysteresis, over full command")}
