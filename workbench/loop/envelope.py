@@ -136,8 +136,9 @@ class Envelope:
         return replace(self, drawn=self.drawn.some(kept) if self.drawn is not None and kept else None)
 
     def played(self, controller: Controller) -> PlantLanes:
-        """The plants on which a controller's motions are judged: few for one that does not run in lanes."""
-        return self._all if plays_in_lanes(controller) else self.few
+        """The plants on which a controller's motions are judged: in a search that draws plants few for one that does
+        not run in lanes, else the same for all."""
+        return self._all if self.drawn is None or plays_in_lanes(controller) else self.few
 
     @cached_property
     def _all(self) -> PlantLanes:

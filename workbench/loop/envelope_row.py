@@ -53,7 +53,8 @@ def envelope_entry(
     seed: int | None,
 ) -> EnvelopeEntry | None:
     """A controller's `row` of metrics.json, SI but for what its keys say, and its open loops at null `cloud`, to be
-    stored as a stage; `seed` of the sensors' noise, or None. Steps on a specimen that is not nominal are apart.
+    stored as a stage; `seed` of the sensors' noise, or None. Steps on a specimen that is not nominal are apart. Every
+    controller is judged on the same plants.
 
     None for a controller without a linear view.
     """
@@ -83,23 +84,37 @@ def _row(
     scenario = judged_step(scenarios)
     lanes = envelope.played(controller)
     loads = ((each, steps(lanes, controller, each, seed, each.duration)) for each in _loads(scenarios))
-    result = steps(lanes, controller, scenario, seed, scenario.duration)
+    played = {each.name: steps(lanes, controller, each, seed, each.duration) for each in _steps(scenarios)}
+    result = played[scenario.name]
     free = np.array(
         [rigs[name].specimen_stiffness == envelope.rig.specimen_stiffness for name in _rig_names(result.names)]
     )
-    where = int(np.argmax(np.where(free, np.nan_to_num(result.settling, nan=np.inf), -np.inf)))
+    every = [_step(each, played[each.name], free) for each in _steps(scenarios)]
+    own = next(each for each in every if each["scenario"] == scenario.name)
     return {
         "controller": spec.name,
         "goals": rows,
         "met": all(row["miss"] == 0 for row in rows),
         "settling_nominal_s": _longest(result.settling[envelope.are_nominal(result.names)]),
-        "settling_worst_s": _longest(result.settling[free]),
-        "where": result.names[where],
+        "settling_worst_s": own["settling_worst_s"],
+        "where": own["where"],
         "settling_specimen_s": _longest(result.settling[~free]),
         "overshoot_worst_percent": _longest(result.overshoot),
         "ms_nominal": values["Ms on the nominal rig"],
         "ms_worst": values["Ms on every plant"],
         "loads": [_load(each, played, envelope) for each, played in loads],
+        "steps": every,
+    }
+
+
+def _step(scenario: Scenario, played: EnvelopeSteps, free: np.ndarray) -> dict[str, Any]:
+    """The worst of a step on the plants that are `free` of another specimen [lanes], and where it is slowest."""
+    slowest = int(np.argmax(np.where(free, np.nan_to_num(played.settling, nan=np.inf), -np.inf)))
+    return {
+        "scenario": scenario.name,
+        "settling_worst_s": _longest(played.settling[free]),
+        "overshoot_worst_percent": _longest(played.overshoot[free]),
+        "where": played.names[slowest],
     }
 
 

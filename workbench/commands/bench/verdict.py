@@ -67,12 +67,11 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
         f"{judged_step(loop.scenarios).name} and loads over stroke and rigs",
         names,
         [list(line.values()) for line in lines],
-        note=f"On {', '.join(envelope_rigs(loop.rigs))} at {places} % of the stroke limit, towards the middle; a "
-        "controller without a form in lanes is on the first rig there and on the others at mid stroke. Steps and loads "
-        "under the bench's conditions. Values are the worst; nominal is the first rig. Settling on a specimen is a "
-        "column of its own; recovery runs from a load's coming until the jack is back within the sensor's band. Ms at "
-        "null and moving; its worst includes the bad corner of all declared bounds. A dash: the loop is unstable, "
-        "never settles or never makes up for a load.",
+        note=f"On {', '.join(envelope_rigs(loop.rigs))} at {places} % of the stroke limit, towards the middle, all "
+        "controllers on the same plants. Steps and loads under the bench's conditions. Values are the worst; nominal "
+        "is the first rig. Settling on a specimen is a column of its own; recovery runs from a load's coming until the "
+        "jack is back within the sensor's band. Ms at null and moving; its worst includes the bad corner of all "
+        "declared bounds. A dash: the loop is unstable, never settles or never makes up for a load.",
         best=dict.fromkeys((name for name in names if name not in ("controller", "slowest on")), "min"),
     )
 
@@ -87,6 +86,11 @@ def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dic
         "settling nominal [s]": row["settling_nominal_s"],
         "settling [s]": row["settling_worst_s"],
         "slowest on": row["where"],
+        **{
+            f"{each['scenario'].removeprefix(f'{loop.signal.name}-')} [s]": each["settling_worst_s"]
+            for each in row["steps"]
+            if each["scenario"] != judged_step(loop.scenarios).name
+        },
         **(
             {
                 "on other specimens [s]" if nominal.specimen_stiffness else "on a specimen [s]": row[
