@@ -24,7 +24,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "bench": "play controllers on a set of rigs in scenarios",
         "compare": "compare finished runs side by side",
         "robustness": "judge every controller on thousands of drawn plants",
-        "limit": "compute how soon the known rig could settle, whatever controls it",
+        "limit": "compute how soon an optimiser that knows the rig settles it",
         "knowledge": "measure how many seconds controllers gain when the rig's numbers are known better",
         "faults": "play faults of sensors, controllers, drives and plants, and judge the guard",
         "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",

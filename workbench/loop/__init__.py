@@ -11,7 +11,7 @@ capability, trajectories, own_references    what a rig can give a motion; motion
 rig_variations, knowledge, conditions    on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
-limit, tracking_limit     the soonest that a known rig settles, the nearest that it follows, whatever controls it;
+limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows;
                           limit_task is what both share
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
 overshoots                overshoot of a position loop by what the design did not know

@@ -1,4 +1,4 @@
-"""The limit of a step: the soonest that a known rig settles, whatever controls it.
+"""The limit of a step: the soonest motion of a known rig that an optimiser finds; it proves none sooner impossible.
 
 By direct collocation on the plant of every other simulation, on meshes that are halved until the figure stands; what is
 found is played on the engine, open loop.
@@ -31,7 +31,8 @@ _SOURCES = (__file__, fastest.__file__)
 class Limit:
     """The least time [s] in which a step settles into `band` (SI); None where none was found, and the `reason`.
 
-    `mesh_difference` [s] is its change from the mesh before, None where there is but one. Of the motion as the engine
+    `mesh_difference` [s] is its change from the mesh before, None where there is but one: the figure's own error, as
+    far as meshes of held commands tell it, whose order is the first. Of the motion as the engine
     plays it: its `lowest_pressure` [Pa], `peak_command` and `overshoot` [percent]; `off`, how far it is off what was
     found (SI); and `signals` [k] by name, SI, with the time "t [s]".
     """

@@ -1,4 +1,4 @@
-"""The limit of a reference that moves: the least error with which a known rig follows it, whatever controls it.
+"""The limit of a reference that moves: the least error that an optimiser finds for a known rig.
 
 A ramp, a sine, a recorded course, all of it known ahead. By direct collocation in windows, played on the engine, with
 commands held over the control period, then over half of it.

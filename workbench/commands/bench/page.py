@@ -114,9 +114,9 @@ def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Me
     for scenario in loop.scenarios:
         lines = [_scenario_line(loop, scenario, spec.name, entries, metrics) for spec in loop.controllers]
         note = (
-            f"{worst} never settles. The limit: the soonest that the nominal rig settles at all, or the least error of "
-            "a reference that is known ahead (jackbench limit). Energy: what the main lands take beyond their leakage "
-            "at rest."
+            f"{worst} never settles. The limit: the soonest that an optimiser settles the nominal rig, or the least "
+            "error of a reference that is known ahead (jackbench limit). Energy: what the main lands take beyond "
+            "their leakage at rest."
         )
         tables.append(_marked(scenario.name, lines, note))
     return tables

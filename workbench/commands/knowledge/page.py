@@ -35,7 +35,7 @@ def knowledge_page(config: KnowledgeConfig, metrics: Mapping[str, Any]) -> Page:
         "Known to 50 %: each number anywhere in its range. Known to less: the range shrunk towards the rig's value. "
         "Every design is a search of its own, by the same goals, and is played on plants within that range that no "
         "search saw. As tuned for the widest: the same plants under the design for the widest range. The limit: the "
-        "soonest that the nominal rig settles at all, at mid stroke. "
+        "soonest that an optimiser settles the nominal rig, at mid stroke. "
         f"{judged_words(config.searches[0].start.conditions, config.rig)}"
     )
     heads, lines = list(_COLUMNS.values()), [[row[key] for key in _COLUMNS] for row in rows]

@@ -57,8 +57,8 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
         f"{signals[name].unit}"
         for name, errors in _by_scenario(rows, "limit_error").items()
     ]
-    said = [f"Nothing settles sooner: {'; '.join(settled)}."] if settled else []
-    said += [f"Nothing follows nearer, root mean square: {'; '.join(followed)}."] if followed else []
+    said = [f"The soonest that the optimiser finds, within some 2 %: {'; '.join(settled)}."] if settled else []
+    said += [f"The nearest that it follows, root mean square: {'; '.join(followed)}."] if followed else []
     lacking = sum(row["limit_s"] is None and row["limit_error"] is None for row in rows)
     said += [f"No limit in {lacking} of {counted(len(rows), 'row')}; the table says why."] if lacking else []
     return " ".join(said)
@@ -104,8 +104,9 @@ def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Tab
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
         f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Many motions arrive as soon; the one "
-        "with the quietest command is shown. By the mesh: the change when its intervals were last halved. Pressure, "
-        "overshoot and the distance from what was found belong to the motion that the engine plays, open loop."
+        "with the quietest command is shown. By the mesh: the change when its intervals were last halved, which is the "
+        "error of a held command. The optimum is a local one: another method has found motions 1 to 2 % sooner. "
+        "Pressure, overshoot and the distance from what was found are of the motion that the engine plays, open loop."
     )
     return Table("", [title for title, _ in _COLUMNS.values()], lines, note, fold=True)
 
@@ -122,7 +123,7 @@ def _figure(scenario: str, courses: Courses) -> Figure:
         for key in _SHOWN
         if any(key in run and np.ptp(run[key]) > 0 for run in runs.values())
     ]
-    return Figure(f"{scenario}: the best there is", "time [ms]", panels)
+    return Figure(f"{scenario}: the best that was found", "time [ms]", panels)
 
 
 def _curve(name: str, key: str, run: Mapping[str, np.ndarray]) -> Curve:

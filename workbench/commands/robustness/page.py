@@ -56,7 +56,7 @@ def robustness_page(
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
         f"{counted(len(config.positions), 'position')}. {_AS_MEASURED if remembers else ''}"
-        "The limit: the soonest that the nominal rig settles at all, at mid stroke (jackbench limit). "
+        "The limit: the soonest that an optimiser settles the nominal rig, at mid stroke (jackbench limit). "
         f"{judged_words(config.conditions, config.rig)}",
         dict.fromkeys(_BEST, "min"),
     )
