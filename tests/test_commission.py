@@ -57,7 +57,7 @@ def relays(client):
 def recorded():
     """The rig at rest and in relays of two sizes."""
     with served(jack_bench()) as server, LinkClient(at(server)) as client:
-        return rest_record(client), *relays(client)
+        return rest_record(client, RIG), *relays(client)
 
 
 def changed(record, **signals):
@@ -215,21 +215,24 @@ def test_records_stay_within_the_limits_of_every_plant_and_go_as_far_as_that_let
     assert 17 < len(stable.p) <= len(plants.p)
     waves = standard_records(stable, law)
     assert [wave.name for wave in waves] == ["steps", "triangle", "multisine"]
-    assert all(stable.take(law, wave) for wave in waves)
-    assert not stable.take(law, waves[0].scaled(8.0))
+    assert [stable.trouble_with(law, wave) for wave in waves] == [None] * 3
+    assert "is foreseen" in stable.trouble_with(law, waves[0].scaled(8.0))
 
 
 def test_a_step_that_some_plant_does_not_take_is_played_smaller_and_says_so(plants):
     """At a share of the stroke from which 100 mm would end beyond 95 % of it."""
     law, far = automatic(RIG, AS_DECLARED), replace(SCENARIOS["position-100mm"], start_share=0.6, duration=1.0)
     stable = plants.stable(law)
-    taken = smaller(stable, law, far)
+    taken, why = smaller(stable, law, far)
     assert taken is not None
+    assert "240 mm" in why
     assert taken.name == f"position-100mm-as-{1e3 * taken.size:.3g}mm"
     assert 0.6 * RIG.limit("stroke") + taken.size < 0.95 * RIG.limit("stroke")
     near = replace(SCENARIOS["position-1mm"], duration=1.0)
-    assert smaller(stable, law, near) == near
-    assert smaller(stable, law, replace(near, start_share=0.96)) is None
+    assert smaller(stable, law, near) == (near, None)
+    none, why = smaller(stable, law, replace(near, start_share=0.96))
+    assert none is None
+    assert "position 231.4 mm of 240 mm" in why
 
 
 def test_what_is_expected_holds_what_single_plants_do(plants):

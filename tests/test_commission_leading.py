@@ -31,11 +31,11 @@ def played(here, predicted, elsewhere=0.05):
     ],
 )
 def test_the_rig_decides(monkeypatch, designs, best):
-    assert decided(monkeypatch, designs, SimpleNamespace(client=None, trips=0, over=None)) == best
+    assert decided(monkeypatch, designs, SimpleNamespace(client=None, trips=[], over=None)) == best
 
 
 def test_after_a_trip_no_further_design_is_played(monkeypatch):
-    spent = SimpleNamespace(client=None, trips=0, over=None)
+    spent = SimpleNamespace(client=None, trips=[], over=None)
     assert decided(monkeypatch, [played(0.050, 0.050), [], played(0.030, 0.030)], spent, trips=1) == 0
 
 
@@ -44,7 +44,7 @@ def decided(monkeypatch, designs, spent, trips=None):
 
     def play(spent, name, way, scenarios, say, number):
         place = int(name.removeprefix("leading-")) - 1
-        spent.trips += place == trips
+        spent.trips += [None] * (place == trips)
         return designs[place]
 
     monkeypatch.setattr(leading, "played_way", play)

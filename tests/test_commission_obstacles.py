@@ -44,7 +44,7 @@ def lacks(name, formula, **numbers):
 def met(truth, law, waves=(), scenarios=(GOAL,)):
     """What a served rig answers: the goal's step by a law, the rig at rest, and excitations."""
     with served(bench(truth, True)) as server, LinkClient(at(server), "") as client:
-        spent, rest = RigTime(client, RIG, 600.0, no_checkpoint), rest_record(client)
+        spent, rest = RigTime(client, RIG, 600.0, no_checkpoint), rest_record(client, RIG)
         records = [spent.played(wave, LAW, "excitation") for wave in waves]
         judged = played_way(spent, "found", Way(law, allowed(exactly(RIG))), scenarios, lambda _: None)
         assert server.trips == 0

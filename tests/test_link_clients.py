@@ -49,6 +49,7 @@ def test_a_client_moves_the_jack_as_the_workbench_s_loop_does(tmp_path, rig, cli
         done = subprocess.run([*command, *place(server)], check=True, capture_output=True, text=True, timeout=60)
         assert server.rig.state == "off"
     assert f"moved {moved(rig):.3f} of 10 mm in 1 s" in done.stdout
+    assert "on its way" in done.stdout
 
 
 @pytest.mark.parametrize("client", [python, c])

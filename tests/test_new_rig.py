@@ -1,6 +1,7 @@
 """A rig from a datasheet: closed form for two orders, a fit for three stages, and honesty about what is not known."""
 
 import json
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -404,3 +405,11 @@ def test_the_page_of_a_fit_shows_figures_combinations_and_numbers_in_their_units
     assert numbers["Pr"][3] == pytest.approx(5)
     assert f"{outcome.metrics['determined']['count']} combinations" in outcome.page.verdict
     assert json.loads(metrics_json(outcome.metrics))
+
+
+def test_a_number_as_far_away_as_a_fit_may_look_has_a_value_without_a_warning():
+    number = FreeParameter("K3", 2.0, 1.0, 4.0, None, "guess")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert number.value(1e4) > number.value(10.0) == 2.0 * np.exp(10.0)
+        assert 0 <= number.value(-1e4) < 1e-300

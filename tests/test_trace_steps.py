@@ -48,9 +48,17 @@ def test_steps_are_counted_on_and_the_number_of_all_never_falls():
     for ahead in (1, 3, 2, 1, 0, 2, 0):
         told.steps.begin("something", "things", ahead=ahead)
     counts = [tuple(map(int, re.findall(r"\d+", line))) for line in told.lines]
-    assert [number for number, _ in counts] == [1, 2, 3, 4, 5, 6, 7]
-    assert [least for _, least in counts] == sorted(least for _, least in counts)
-    assert all(number <= least for number, least in counts)
+    assert [number for number, *_ in counts] == [1, 2, 3, 4, 5, 6, 7]
+    least = [known for _, *rest in counts for known in rest]
+    assert least == sorted(least)
+    assert all(number < known for number, *rest in counts for known in rest)
+    assert told.lines[3:5] == ["step 4 of at least 5: something", "step 5: something"]
+
+
+def test_a_step_after_all_that_are_known_of_is_not_one_of_at_least_itself():
+    told = Told()
+    told.steps.begin("something", "things")
+    assert told.lines == ["step 1: something"]
 
 
 def test_more_items_than_were_planned_are_counted():

@@ -78,6 +78,9 @@ int main(int words, char **word)
     }
     const int tripped = body[0] & TRIPPED;
     ask(SWITCH, "\0", 1, STATE, 0);
-    printf("moved %.3f of %g mm in %g s\n", 1e3 * (y - start), 1e3 * step, seconds);
+    printf("moved %.3f of %g mm in %g s", 1e3 * (y - start), 1e3 * step, seconds);
+    if (y - start < 0.98 * step)
+        printf("; it is on its way, as a gain of %g 1/m is small: raise it to be sooner", gain);
+    putchar('\n');
     return tripped != 0;
 }

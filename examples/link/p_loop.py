@@ -53,4 +53,5 @@ for k in range(1, round(SECONDS / rig["period_s"]) + 1):
         sys.exit("the rig tripped")
 moved = position() - start
 ask(SWITCH, b"\x00", STATE)
-print(f"{rig['rig']}, {rig['mode']}: moved {1e3 * moved:.3f} of {1e3 * STEP:g} mm in {SECONDS:g} s")
+more = "" if moved > 0.98 * STEP else f"; it is on its way, as a gain of {GAIN:g} 1/m is small: raise it to be sooner"
+print(f"{rig['rig']}, {rig['mode']}: moved {1e3 * moved:.3f} of {1e3 * STEP:g} mm in {SECONDS:g} s{more}")

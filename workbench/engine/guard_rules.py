@@ -4,9 +4,9 @@ A loop in Python evaluates the graph sample by sample, a compiled one has it ins
 once. The state of a guard is a vector with the places of `state`, its numbers one with those of `numbers`, so that
 other rigs and limits need no other machine code.
 
-Five looks are taken. Limits: of stroke, speed and force, and whether the jack can still stop before the end of its
-stroke, or the force before its limit. Repeated readings: noise makes exact repeats rare. The rig's own observer, see
-guard_motion. Following error. Readings that are not finite.
+Five looks are taken. Limits: of stroke, speed, force and the pressure of each chamber, and whether the jack can still
+stop before the end of its stroke, or the force before its limit. Repeated readings: noise makes exact repeats rare. The
+rig's own observer, see guard_motion. Following error. Readings that are not finite.
 """
 
 from collections.abc import Iterable, Mapping
@@ -35,7 +35,7 @@ def let_through(s: Parts, demanded: ca.SX, u: ca.SX, q: Parts) -> tuple[ca.SX, c
     """The command that the drive gets after u, and the reason for a trip, for the demanded one: limited in size and
     rate; after a trip the one of the brake."""
     trip = ca.if_else(s["trip"] > 0, s["trip"], ca.if_else(is_finite(demanded), 0, TRIPS.index("command")))
-    target = ca.if_else(trip > 0, s["brake"], ca.fmin(1, ca.fmax(-1, demanded)))
+    target = ca.if_else(trip > 0, s["brake"], ca.fmin(q["largest"], ca.fmax(-q["largest"], demanded)))
     return u + ca.fmin(q["step"], ca.fmax(-q["step"], target - u)), trip
 
 
@@ -58,6 +58,7 @@ def _reasons(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
     if shape.observes:
         reasons += _implausible(sample, after)
     reasons += [(f"still {name}", after["still"][i] >= q["repeats"][i]) for i, name in enumerate(shape.read)]
+    reasons += [("pressure", _too_high(sample, name)) for name in ("pa", "pb") if name in shape.read]
     reasons.append(("braking", _too_late(sample, after)))
     if "force" in shape.read:
         swing = ca.if_else(q["specimen"] > 0, _highest_load(sample, after), 0)  # nothing to press on: no swing
@@ -92,6 +93,14 @@ def _too_fast(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
     fast = ca.fabs(after["v"]) + ca.fmax(0, ahead * sample.acceleration) * q["latency"] > q["speed"]
     lost = ca.logic_and(stood >= 1, moved <= (stood + 1) * q["move"])
     return [("speed", ca.logic_or(jumped, fast)), ("lost", ca.logic_and(jumped, lost))]
+
+
+def _too_high(sample: Sample, chamber: str) -> ca.SX:
+    """Whether a chamber's pressure is beyond its limits, or will be at the next sample if it changes on as it did."""
+    q, now = sample.q, sample.read(chamber)
+    change = ca.if_else(sample.first, 0, now - sample.last(chamber))
+    high, low = now + ca.fmax(0, change), now + ca.fmin(0, change)
+    return ca.logic_or(high > q["pressure"], low < q["least_pressure"])
 
 
 def _too_late(sample: Sample, after: Parts) -> ca.SX:

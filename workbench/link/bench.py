@@ -1,7 +1,7 @@
 """What is served: a plant at rest with its sensors, the range of its commands, and the limits at which it trips."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,33 +12,20 @@ from ..linear.platform_modes import platform_equilibrium
 from ..loop.platform.setup import platform_setup
 from ..loop.rig_variations import with_delay
 from ..plant import Plant, build
+from ..rigs.limited import Limit, limits_of
 from ..rigs.platform import AXES, LEGS, Platform
 from ..rigs.rig import Rig
 from ..rigs.shut_off import ShutOff
 from .hello import CommandRange
 
 SIMULATION_FAILED = "the simulation failed"
-_LEAVES = {"position": "its stroke", "velocity": "its speed limit", "force": "its force limit"}
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A signal of the plant that may be no further than `size` from its `middle`, SI."""
-
-    signal: str
-    middle: float
-    size: float
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Lowest and highest value."""
-        return self.middle - self.size, self.middle + self.size
-
-    @property
-    def reason(self) -> str:
-        """Why a rig trips beyond it."""
-        leg, _, name = self.signal.rpartition(".")
-        return f"{leg + ': ' if leg else ''}beyond {_LEAVES[name]}"
+_LEAVES = {
+    "position": "stroke",
+    "velocity": "speed limit",
+    "force": "force limit",
+    "pa": "limit of pa",
+    "pb": "limit of pb",
+}
 
 
 @dataclass(frozen=True)
@@ -66,7 +53,10 @@ class Bench:
 
     def reason(self, trip: int) -> str:
         """Why it tripped: the number of a limit from 1, or -1."""
-        return self.limits[trip - 1].reason if trip > 0 else SIMULATION_FAILED
+        if trip <= 0:
+            return SIMULATION_FAILED
+        leg, _, name = self.limits[trip - 1].signal.rpartition(".")
+        return f"{leg + ': ' if leg else ''}beyond its {_LEAVES[name]}"
 
 
 def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:
@@ -76,7 +66,7 @@ def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:
         return _platform_bench(rig, computes and not ideal, ideal)
     delay = rig.computing_delay.value if computes and not ideal else 0.0
     engine = Engine(build(with_delay(rig, delay)), brief=True)
-    plant, middle = engine.plant, rig.middle
+    plant = engine.plant
     if "command" not in [variable.name for variable in plant.inputs]:
         raise InputError(f"rig {rig.name}: has no command to serve; name a rig with a valve or a pump")
     names = tuple(name for name in plant.outputs if name in rig.sensors)
@@ -86,12 +76,12 @@ def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:
         period=rig.period.value,
         start=equilibrium(plant),
         rest=lambda x: equilibrium(plant, position=float(x[plant.state("x")])),
-        commands=(CommandRange("command", "1", -1.0, 1.0),),
+        commands=(_range(rig, "command"),),
         rates=np.array([rig.limit("command_rate") * rig.period.value]),
         channels=names,
         noise=np.array([0.0 if ideal else rig.sensors[name].noise for name in names]),
         resolution=np.array([0.0 if ideal else rig.sensors[name].resolution for name in names]),
-        limits=_limits(rig, middle, plant.outputs),
+        limits=_limits(rig, plant.outputs),
         shut_off=rig.shut_off,
     )
 
@@ -109,19 +99,20 @@ def _platform_bench(platform: Platform, computes: bool, ideal: bool) -> Bench:
         period=platform.period,
         start=setup.null,
         rest=lambda x: platform_equilibrium(plant, x[first : first + LEGS]),
-        commands=tuple(CommandRange(f"leg{i + 1}.command", "1", -1.0, 1.0) for i in range(LEGS)),
+        commands=tuple(_range(leg.rig, f"leg{i + 1}.command") for i, leg in enumerate(platform.legs)),
         rates=platform.limits("command_rate") * platform.period,
         channels=names,
         noise=np.array([0.0 if ideal else sensors[name].noise for name in names]),
         resolution=np.array([0.0 if ideal else sensors[name].resolution for name in names]),
-        limits=tuple(limit for at, rig in legs for limit in _limits(rig, rig.middle, plant.outputs, at)),
+        limits=tuple(limit for at, rig in legs for limit in _limits(rig, plant.outputs, at)),
     )
 
 
-def _limits(rig: Rig, middle: float, outputs: tuple[str, ...], leg: str = "") -> tuple[Limit, ...]:
-    own = (
-        Limit(f"{leg}position", middle, rig.limit("stroke")),
-        Limit(f"{leg}velocity", 0.0, rig.limit("speed")),
-        Limit(f"{leg}force", 0.0, rig.limit("force")),
-    )
+def _range(rig: Rig, name: str) -> CommandRange:
+    largest = rig.limit("command") if "command" in rig.limits else 1.0
+    return CommandRange(name, "1", -largest, largest)
+
+
+def _limits(rig: Rig, outputs: tuple[str, ...], leg: str = "") -> tuple[Limit, ...]:
+    own = (replace(limit, signal=f"{leg}{limit.signal}") for limit in limits_of(rig))
     return tuple(limit for limit in own if limit.signal in outputs)

@@ -33,7 +33,7 @@ class LinkClient:
         self.latest: Reading | None = None  # for those who look on
         self.asked = (0.0, 0.0)  # reference and command, of a loop at this rig
         self.stays_on = False  # between courses, in lockstep, where no time passes then
-        self._is_on = False
+        self._is_on = self.was_reset = False  # the latter: at the last switch-on, after a trip
         self._switched_on = False
         self._token = token.encode()
         try:
@@ -61,7 +61,8 @@ class LinkClient:
         if self._is_on and self.latest is not None and not self.latest.tripped:
             return self.latest
         state = self._asked(datagrams.HELLO, self._token, datagrams.RIG, "a hello").decode(errors="replace")
-        if read_hello(state, self.at).state == "tripped":
+        self.was_reset = read_hello(state, self.at).state == "tripped"
+        if self.was_reset:
             self.switch(datagrams.RESET)
         self._switched_on = True
         if self.switch(datagrams.ON) != "on":

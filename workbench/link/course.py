@@ -9,7 +9,8 @@ from ..control.protocol import Controller
 from ..records import Record
 from ..rigs.rig import Rig
 from .client import LinkClient
-from .wire_loop import WireLoop, WireRun
+from .trips import Trip
+from .wire_loop import WireLoop, WireRun, stands
 
 _STANDS = 0.4  # s before and after a course, of which the later half says where it stands
 _PATIENCE = 6  # times that long, until a jack that was moved to its start no longer creeps there
@@ -23,7 +24,8 @@ _FORCE_TIME = 1.0  # s, to bring a force back
 class Played:
     """A course as played: the run, the `level` of the controlled signal before it (SI), and the whole recordings, of
     standing and course and of the way back. `ended`: why it was cut short; `lost`: whether that was the link;
-    `seconds`: what all of it took."""
+    `seconds`: what all of it took; `trip`: what tripped it, if it did, and `mark`: when
+    [s] of the record."""
 
     run: WireRun
     level: float
@@ -32,11 +34,13 @@ class Played:
     ended: str | None
     lost: bool
     seconds: float
+    trip: Trip | None = None
+    mark: float | None = None
 
 
-def rest_record(client: LinkClient) -> Record:
+def rest_record(client: LinkClient, rig: Rig) -> Record:
     """The rig at rest for a second: on, at command 0."""
-    reading, run = client.on(), WireRun(client.hello.period, client.hello.names)
+    reading, run = stands(client, rig), WireRun(client.hello.period, client.hello.names)
     for _ in range(round(_REST / run.period)):
         run.keep(reading, 0, 0.0, 0.0, 0.0)
         reading = client.exchange((0.0,))
@@ -55,10 +59,11 @@ def play_course(
     added: np.ndarray | None = None,
     noisy: bool = True,
     begins: Callable[[], None] = lambda: None,
+    name: str = "the motion",
 ) -> Played:
     """From where the rig stands to `start` of the controlled signal (SI), None for where it stands, and from there,
     once it no longer creeps and `begins`, along deviations `reference` [k] from it, with a command `added` [k]; then
-    back."""
+    back. `name`: of the motion."""
     loop = WireLoop(client, rig, controller, noisy)
     signal, period = controller.measures[0], rig.period.value
     home, stand = loop.level, round(_STANDS / period)
@@ -67,26 +72,28 @@ def play_course(
     runs: list[WireRun] = []
     waited = 0
     try:
-        runs.append(loop.run(ramp(rig, signal, home, start)))
+        runs.append(loop.run(ramp(rig, signal, home, start), motion=f"the way to {name}"))
         if runs[-1].ended is None:
-            runs.append(loop.run(np.full(stand, start)))
+            runs.append(loop.run(np.full(stand, start), motion=f"the rest before {name}"))
         while len(runs) > 1 and waited + 1 < patience and _creeps(runs[1], rig, signal):
             waited += 1
-            runs[1] = loop.run(np.full(stand, start))
+            runs[1] = loop.run(np.full(stand, start), motion=f"the rest before {name}")
         standing = runs[-1]
         level = _level(standing, signal, home)
         if standing.ended is None:
             begins()
-            runs.append(loop.run(start + reference, added))
+            runs.append(loop.run(start + reference, added, name))
             if runs[-1].ended is None:
                 back = ramp(rig, signal, float(runs[-1].rows[-1][1]), home)
-                runs.append(loop.run(np.append(back, np.full(stand, home))))
+                runs.append(loop.run(np.append(back, np.full(stand, home)), motion=f"the way back from {name}"))
     finally:
         loop.end()
     whole = joined(runs[1:3] or runs)
     back = runs[3].record if len(runs) > 3 else None
     seconds = (sum(len(run.rows) for run in runs) + waited * stand) * period
-    return Played(runs[min(2, len(runs) - 1)], level, whole, back, runs[-1].ended, runs[-1].lost, seconds)
+    run, last = runs[min(2, len(runs) - 1)], runs[-1]
+    mark = None if run.trip is None else run.trip.t + float(whole.t[-1] - run.record.t[-1])
+    return Played(run, level, whole, back, last.ended, last.lost, seconds, last.trip, mark)
 
 
 def ramp(rig: Rig, signal: str, first: float, last: float) -> np.ndarray:

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..control.controller_spec import ControllerSpec
-from ..loop.conditions import Conditions
 from ..loop.rig_variations import with_delay
-from ..loop.rows import LinearLoops, LoopSetup, judge, row
+from ..loop.rows import LinearLoops, LoopSetup, row
 from ..loop.sampled_loop import LoopRun
 from ..loop.scenarios import Scenario
 from ..records import Record
 from ..rigs.rig import Rig
 from .client import LinkClient
 from .course import Played
+from .trips import Trip
 from .wire_loop import acts_after
 
 _AVERAGED = 8e-3  # s
@@ -23,7 +23,8 @@ _AVERAGED = 8e-3  # s
 
 @dataclass(frozen=True)
 class Judged:
-    """A controller in a scenario at the rig and in simulation: runs and rows."""
+    """A controller in a scenario at the rig and in simulation: runs and rows, and
+    what tripped it at the rig, if it did."""
 
     controller: str
     scenario: Scenario
@@ -31,6 +32,7 @@ class Judged:
     predicted: LoopRun
     row: Mapping[str, Any]
     prediction: Mapping[str, Any]
+    trip: Trip | None = None
 
 
 def wire_rig(rig: Rig, client: LinkClient) -> Rig:
@@ -39,22 +41,21 @@ def wire_rig(rig: Rig, client: LinkClient) -> Rig:
 
 
 def judge_played(
-    conditions: Conditions,
+    told: tuple[LoopRun, Mapping[str, Any]],
     spec: ControllerSpec,
     scenario: Scenario,
     played: Played,
     setup: LoopSetup,
     loops: LinearLoops,
 ) -> Judged:
-    """What was played at a rig, and the same in simulation."""
+    """What was played at a rig, beside the run and the row that are `told` of it in simulation."""
     record = played.run.record
     run = LoopRun(record, played.run.demanded, played.ended)
     values = _averaged(record.signals[scenario.signal], setup.rig.period.value)
     values[0] = played.level
     calm = replace(run, record=Record("wire", record.t, {**record.signals, scenario.signal: values}))
     own = row(spec, scenario, setup, calm, loops, calm) | {"residual_oscillation": None}  # noise would pass for hunting
-    predicted, prediction = judge(spec, scenario, setup, loops, conditions.noise)
-    return Judged(spec.name, scenario, run, predicted, own, prediction)
+    return Judged(spec.name, scenario, run, told[0], own, told[1], played.run.trip)
 
 
 def _averaged(values: np.ndarray, period: float) -> np.ndarray:

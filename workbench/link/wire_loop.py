@@ -1,7 +1,7 @@
 """A controller of the workbench at a live rig: behind the guard, from where the rig stands, recorded."""
 
 import gc
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -13,19 +13,26 @@ from ..control.protocol import Controller, preview
 from ..loop.compiled_controller import CompiledController, controller_on
 from ..loop.guarded_controller import GuardedController
 from ..records import Record
+from ..rigs.limited import limits_of, nearest_limit
 from ..rigs.rig import Rig
 from .client import LinkClient
 from .datagrams import Reading
+from .trips import Trip, trip
 
 INTERRUPTED = "interrupted"
 _ENDS = 1.0  # s within which a stopped loop has brought the command to 0
 _UNLIKE = 1e-9  # of a value, or of its SI unit: far below what any sensor reads
 _FURTHER = 0.005  # of where a jack stands beyond its limit, by which it may go on
+_CALM, _WAITS = 0.1, 5.0  # s that a rig that had tripped stands inside its limits, and until when it has to
 _NEVER_LATE = 1e-6  # of a period: a command that answers a reading acts after it
 
 
 class Stopped(Exception):
-    """Why a loop ended before its course did."""
+    """A loop ended before its course did: `why` its guard says, or None where the rig tripped."""
+
+    def __init__(self, why: str | None) -> None:
+        super().__init__(why or "")
+        self.why = why
 
 
 @dataclass
@@ -33,8 +40,8 @@ class WireRun:
     """What a loop at a rig did, [k] each: ticks, reference, command and what was demanded, and the readings by channel.
     The command is in lockstep the one that answers the reading, and in real time the one that acts from it on.
 
-    `ended`: why it stopped before its course was over, or None; `lost`: whether that was the link. `late`: how many
-    readings were lost or late.
+    `ended`: why it stopped before its course was over, or None; `lost`: whether that was the link; `trip`: what tripped
+    it, if it did. `late`: how many readings were lost or late.
     """
 
     period: float
@@ -44,6 +51,7 @@ class WireRun:
     ended: str | None = None
     lost: bool = False
     late: int = 0
+    trip: Trip | None = None
 
     def keep(self, reading: Reading, first: int, reference: float, command: float, demanded: float) -> None:
         """The row of a reading, ticks counted from `first`; a reading has one row."""
@@ -80,12 +88,13 @@ class WireLoop:
     def __init__(self, client: LinkClient, rig: Rig, controller: Controller, noisy: bool = True) -> None:
         hello = client.hello
         self._client, self._period, self._names = client, hello.period, hello.names
-        _check(client, rig, controller)
+        self._known = tuple(name for name in hello.names if name in rig.sensors)
+        check(client, rig, controller)
         self._preview = preview(controller)
-        self._loop: CompiledController | GuardedController = controller_on(rig, controller, hello.names, noisy)
-        self._reading: Reading = client.on()
+        self._loop: CompiledController | GuardedController = controller_on(rig, controller, self._known, noisy)
+        self._rig, self._reading = rig, stands(client, rig)
         if (own := _let_back(rig, self.measured)) is not rig:
-            self._loop = controller_on(own, controller, hello.names, noisy)
+            self._loop = controller_on(own, controller, self._known, noisy)
         self._before = self._reading
         self._sent = {0: 0.0}  # commands by their number
         self._loop.reset(self.measured, 0.0)
@@ -94,15 +103,16 @@ class WireLoop:
     @property
     def measured(self) -> Mapping[str, float]:
         """The newest readings by channel."""
-        return dict(zip(self._names, self._reading.values, strict=True))
+        return self._by_name(self._reading.values)
 
     @property
     def level(self) -> float:
         """The controlled signal as it was read last."""
         return self.measured[self._controlled]
 
-    def run(self, reference: np.ndarray, added: np.ndarray | None = None) -> WireRun:
-        """Follow `reference` [k] at the rig's period from now on, with a command `added` [k] to the controller's."""
+    def run(self, reference: np.ndarray, added: np.ndarray | None = None, motion: str = "") -> WireRun:
+        """Follow `reference` [k] at the rig's period from now on, with a command `added` [k] to the controller's; a
+        trip has the name of the `motion`."""
         run = WireRun(self._period, self._names)
         added = np.zeros(len(reference)) if added is None else added
         ahead = np.append(reference, np.full(self._preview, reference[-1])) if self._preview else None
@@ -117,8 +127,13 @@ class WireLoop:
                 while (k := self._reading.tick - first) < len(reference):
                     self._pass_over(run, first, asked)
                     self._instant(run, first, *asked(k))
-        except (Stopped, LinkLost) as error:
-            run.ended, run.lost = str(error), isinstance(error, LinkLost)
+        except Stopped as stopped:
+            record = run.record
+            run.trip = trip(self._rig, record.t, record.signals, stopped.why, motion)
+            run.ended = run.trip.words
+            self._bring_to_rest(run, first)
+        except LinkLost as error:
+            run.ended, run.lost = str(error), True
             self._bring_to_rest(run, first)
         except KeyboardInterrupt:
             run.ended = INTERRUPTED
@@ -133,7 +148,8 @@ class WireLoop:
         """One period: what the newest reading says is answered, and the next one awaited. Raises Stopped, LinkLost."""
         reading = self._reading
         if reading.tripped:
-            raise Stopped("the rig has tripped")
+            run.keep(reading, first, reference, 0.0, 0.0)
+            raise Stopped(None)
         sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
         run.keep(reading, first, reference, self._acting(reading, sent), demanded)
         self._client.asked = reference, sent
@@ -165,14 +181,18 @@ class WireLoop:
         for i in range(1, whole):
             tick = before.tick + i
             if tick in came:
-                yield tick, dict(zip(self._names, came[tick].values, strict=True))
+                yield tick, self._by_name(came[tick].values)
                 continue
             unlike = _UNLIKE * (-1) ** i
             values = [
                 a + (b - a) * i / whole + unlike * max(1.0, abs(b))
                 for a, b in zip(before.values, after.values, strict=True)
             ]
-            yield tick, dict(zip(self._names, values, strict=True))
+            yield tick, self._by_name(values)
+
+    def _by_name(self, values: Sequence[float]) -> Mapping[str, float]:
+        """Of a reading, the channels that the rig's file has too."""
+        return {name: x for name, x in zip(self._names, values, strict=True) if name in self._known}
 
     def _advance(self, command: float, run: WireRun) -> None:
         self._before = self._reading
@@ -201,6 +221,32 @@ class WireLoop:
             return
 
 
+def stands(client: LinkClient, rig: Rig) -> Reading:
+    """Switch the rig on: the reading from which on it stands inside all its limits but that of the stroke, into which
+    it has to get back by itself. Only a rig that had tripped, or that is beyond a limit, is waited for. Raises
+    InputError for one that stays outside, LinkLost."""
+    limits = tuple(each for each in limits_of(rig) if each.signal != "position")
+    names, period = client.hello.names, client.hello.period
+    needed, seen, reading = max(2, round(_CALM / period)), list[Reading](), client.on()
+    calm, worst = 0 if client.was_reset else needed, None
+    for _ in range(round(_WAITS / period)):
+        seen = [*seen[1 - needed :], reading]
+        signals = {name: np.array([value]) for name, value in zip(names, reading.values, strict=True)}
+        if len(seen) == needed and "position" in names:
+            place = names.index("position")
+            gone = reading.values[place] - seen[0].values[place]
+            signals["velocity"] = np.array([gone / (needed - 1) / period])
+        worst = nearest_limit(limits, signals)
+        calm = 0 if reading.tripped or (worst is not None and worst.share > 1) else calm + 1
+        if calm > needed:
+            return reading
+        reading = client.exchange((0.0,))
+        if reading.tripped and len(seen) == needed:
+            reading, seen = client.on(), []
+    where = f": {worst.limit.text(worst.value)}" if worst is not None else ""
+    raise InputError(f"{client.at}: the rig does not come back inside its limits{where}; look at what holds it there")
+
+
 def acts_after_its_row(hello_period: float, lockstep: bool, computing: float) -> float:
     """How late [s] the command of a recorded row acts after its reading was taken: see `WireRun`."""
     return acts_after(hello_period, lockstep, computing) if lockstep else _NEVER_LATE * hello_period
@@ -222,7 +268,7 @@ def _let_back(rig: Rig, measured: Mapping[str, float]) -> Rig:
     return replace(rig, limits={**rig.limits, "stroke": replace(limit, value=away * (1 + _FURTHER))})
 
 
-def _check(client: LinkClient, rig: Rig, controller: Controller) -> None:
+def check(client: LinkClient, rig: Rig, controller: Controller) -> None:
     """Raises InputError for a rig on the wire that is not the one of the experiment."""
     hello = client.hello
     if len(hello.commands) != 1:

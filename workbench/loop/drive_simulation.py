@@ -17,6 +17,7 @@ from ..linear import equilibrium
 from ..plant import build
 from ..records.excitation import Excitation
 from ..rigs.rig import Rig
+from .foreseen import emptied
 from .margins import linear_loop
 from .sampled_loop import LoopRun, SampledLoop
 from .sensors import logged
@@ -65,10 +66,9 @@ def play(drive: DriveSimulation, played: Excitation, seed: int | None = None) ->
 
 def trouble(run: LoopRun) -> str | None:
     """Why a simulated rig should not play that: a trip, or a chamber below 0 bar, where no model holds."""
-    lowest = run.record.signals["lowest_pressure"].min()
     if run.tripped is not None:
         return f"{run.tripped} after {run.record.t[-1]:.2f} s"
-    return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None
+    return emptied(run.record.signals)
 
 
 def within_limits(drive: DriveSimulation, played: Excitation, first: float = 1.0) -> Excitation | None:

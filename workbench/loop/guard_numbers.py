@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
+from ..rigs.limited import is_told
 from ..rigs.load import ROD_CELL
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
@@ -56,6 +57,9 @@ def guard_numbers(
     fast, slow = _filter_gains(rig)
     numbers: dict[str, float | np.ndarray] = {
         "pushed": 0.0,
+        "largest": _declared(rig, "command", 1.0),
+        "pressure": _declared(rig, "pressure", _NEVER),
+        "least_pressure": _declared(rig, "least_pressure", -_declared(rig, "pressure", _NEVER)),
         "middle": rig.middle,
         "stroke": rig.limit("stroke"),
         "move": max_move_per_period(rig),
@@ -68,7 +72,7 @@ def guard_numbers(
         "forget": period / _WINDOW,
         "speed": rig.limit("speed"),
         "calm": _CALM * rig.limit("speed"),
-        "following": _following_error(rig) if tuple(measures[:1]) == ("position",) else _NEVER,
+        "following": _declared(rig, "following_error", _NEVER) if tuple(measures[:1]) == ("position",) else _NEVER,
         "patience": math.ceil(FOLLOWING_TIME / period - 1e-9),
         "mass_share": _MASS_SHARE,
         "flow_share": _flow_error(rig, shape),
@@ -159,18 +163,15 @@ def _withheld(rig: Rig, full: float) -> float:
     return 0.0 if overlap is None else overlap.value * full * _WINDOW
 
 
-def _following_error(rig: Rig) -> float:
-    """Limit of the following error, SI; out of reach where a rig declares none."""
-    limit = rig.limits.get("following_error")
-    return limit.value if limit else _NEVER
+def _declared(rig: Rig, name: str, without: float) -> float:
+    """An optional limit, SI; and what it is for a rig that declares none."""
+    limit = rig.limits.get(name)
+    return limit.value if limit else without
 
 
 def _flow_error(rig: Rig, shape: GuardShape) -> float:
     """Share of the travel by which it may be other than the flow says: declared, or by what is measured."""
-    limit = rig.limits.get("flow_error")
-    if limit is not None:
-        return limit.value
-    return _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW
+    return _declared(rig, "flow_error", _KNOWN_FLOW if {"spool", "supply"} <= set(shape.read) else _GUESSED_FLOW)
 
 
 def _filter_gains(rig: Rig) -> tuple[float, float]:
@@ -218,14 +219,15 @@ def trip_reason(rig: Rig, trip: int) -> str:
     """Why the guard tripped, in words, for the number of a trip."""
     name, stroke = TRIPS[trip], rig.signal("position").text(rig.limit("stroke"))
     centre = "mid stroke" if rig.is_jack else "rest"
-    limit = rig.signal("position").text(_following_error(rig))
+    limit = rig.signal("position").text(_declared(rig, "following_error", _NEVER))
     if name.startswith("still "):
         return f"the {name[6:]} signal stands still: {_repeats(rig, name[6:]):g} equal readings"
     if name.startswith("finite "):
         return f"the {name[7:]} signal is not finite"
-    return {
+    reason = {
         "stroke": f"position beyond +-{stroke} of {centre}",
         "speed": f"speed above {rig.signal('velocity').text(rig.limit('speed'))}",
+        "pressure": f"pressure of a chamber beyond {_pressures(rig)}",
         "force": f"force above {rig.limit('force') / 1e3:g} kN",
         "command": "the controller's command is not finite",
         "braking": f"too fast to stop within +-{stroke} of {centre}",
@@ -235,3 +237,11 @@ def trip_reason(rig: Rig, trip: int) -> str:
         "beside": "another leg tripped",
         "following": f"the position was off its reference by more than {limit} for {FOLLOWING_TIME * 1e3:g} ms",
     }[name]
+    declared = rig.limits.get("stroke" if name == "braking" else name)
+    return f"{reason} ({declared.source})" if declared and is_told(declared) else reason
+
+
+def _pressures(rig: Rig) -> str:
+    """The limits of a chamber's pressure."""
+    ends = [rig.signal("pa").text(rig.limit(name)) for name in ("least_pressure", "pressure") if name in rig.limits]
+    return " to ".join(ends)

@@ -38,9 +38,12 @@ def output_signals(units: Mapping[str, str], si: str) -> dict[str, Signal]:
     }
 
 
+_OF_OIL = ("flow_error", "pressure", "least_pressure")
+
+
 def limit_specs(si: str) -> Mapping[str, Spec]:
     """Unit, range and meaning of the limits of a plant whose position is in `si`."""
-    shared = {name: spec for name, spec in schema.LIMITS.items() if name != "flow_error"}  # it has no flow
+    shared = {name: spec for name, spec in schema.LIMITS.items() if name not in _OF_OIL}
     if si == "m":
         return shared
     own = {

@@ -22,6 +22,9 @@ LIMITS = {
     "speed": Spec("m/s", 1e-4, 50.0, "allowed speed"),
     "force": Spec("N", 1.0, 1e8, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
+    "pressure": Spec("Pa", 1e4, 1e9, "allowed pressure of a chamber"),
+    "least_pressure": Spec("Pa", -1e9, 1e8, "least pressure of a chamber that is allowed"),
+    "command": Spec("1", 1e-3, 1.0, "largest command"),
     "following_error": Spec("m", 1e-6, 20.0, "allowed distance of the position from its reference"),
     "flow_error": Spec("1", 0.01, 10.0, "share of the travel that spool and pressures say, by which it may be another"),
 }
@@ -36,4 +39,5 @@ SHUT_OFF = {
     "closing_time": Spec("s", 1e-4, 10.0, "time from a trip until the shut-off valve is closed"),
     "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
 }
-OPTIONAL = ("following_error", "flow_error", "computing_delay", "deadline")  # of limits and control
+OPTIONAL = ("pressure", "least_pressure", "command", "following_error", "flow_error", "computing_delay", "deadline")
+"""Of limits and control."""

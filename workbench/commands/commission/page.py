@@ -7,11 +7,11 @@ from ...base.signals import SIGNALS
 from ...link.commissioning.allowed import is_of
 from ...link.commissioning.obstacles import told
 from ...link.commissioning.verify import SINE, SINES, responses
-from ...records import Record
 from ...report import Figure, Page, Section, Table
 from ...report.figures import FrequencyCurve, bode
+from ...rigs.rig import Rig
+from ..common.limits_told import limits_section, trip_marks
 from ..common.time_figure import run_columns, time_figure, window
-from ..record.study import recorded_figure
 
 if TYPE_CHECKING:
     from ...link.judged import Judged
@@ -37,16 +37,17 @@ _STIFFNESS = "The least against a load, at any frequency. Not measured: nothing 
 
 
 def commission_page(
-    goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], sentence: str, last: Record
+    rig: Rig, goal: str, metrics: Mapping[str, Any], judged: Sequence["Judged"], sentence: str, last: Figure
 ) -> tuple[Page, Figure]:
     """The report and its telling figure: the goal's step by every way, as measured, or the `last` record without."""
-    figure = _figure(goal, judged) or recorded_figure(last)
+    figure = _figure(goal, judged) or last
     lines = [list(each.values()) for each in metrics["played"]]
     played = Table("", ["record", "for", "seconds"], lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")
     sections = [
         Section("What each way brings", [_whole(goal, metrics), figure]),
         Section("What was found, and whether it suffices", [sentence, *_rounds(metrics)]),
         Section("Every step and sine", [*_tables(metrics), *_responses(judged)]),
+        limits_section(rig, _made_smaller(metrics)),
         Section("What was played", [played]),
     ]
     if metrics["obstacles"]:
@@ -54,12 +55,22 @@ def commission_page(
     return Page("Commissioning", _verdict(goal, metrics), sections), figure
 
 
-def barred_page(metrics: Mapping[str, Any], last: Record) -> tuple[Page, Figure]:
-    """The report where nothing was tuned, and the record after which nothing was played."""
-    figure = recorded_figure(last)
+def _made_smaller(metrics: Mapping[str, Any]) -> list[str]:
+    """What limits made smaller, or left out, and why."""
+    return [
+        f"{each['way']}, {each['scenario']}: "
+        + ("left out" if each["size"] is None else f"played at {1e3 * each['size']:.3g} mm")
+        + f", since {each['why']} at its own size."
+        for each in metrics["smaller"]
+    ]
+
+
+def barred_page(rig: Rig, metrics: Mapping[str, Any], figure: Figure) -> tuple[Page, Figure]:
+    """The report where nothing was tuned, with the `figure` of the record after which nothing was played."""
     heads, lines = ["record", "for", "seconds"], [list(each.values()) for each in metrics["played"]]
     sections = [
         Section("What stands in the way", [*told(metrics["obstacles"]), figure]),
+        limits_section(rig),
         Section("What was played", [Table("", heads, lines, f"In all {metrics['rig_seconds']:.0f} s of the rig.")]),
     ]
     return Page("Commissioning", f"No controller was made. {metrics['ended']}.", sections), figure
@@ -154,4 +165,5 @@ def _figure(goal: str, judged: Sequence["Judged"]) -> Figure | None:
         return None
     runs = {_WORDS[each.controller]: run_columns(each.measured.record) for each in own}
     shown = window(own[0].scenario, [each.row["settling_s"] for each in own])
-    return time_figure(f"{goal}, measured on the rig", SIGNALS["position"], runs, ("command",), shown)
+    marks = [mark for each in own for mark in trip_marks(each.trip and each.trip.t)]
+    return time_figure(f"{goal}, measured on the rig", SIGNALS["position"], runs, ("command",), shown, marks=marks)

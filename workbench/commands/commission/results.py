@@ -26,8 +26,10 @@ from ...loop.scenarios import SCENARIOS
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
+from ..common.limits_told import limits_json
 from ..common.outcome import Outcome
 from ..common.run_folder import metrics_json
+from ..record.study import recorded_figure
 from .page import barred_page, commission_page
 from .rounds import Found, sentence
 
@@ -65,7 +67,7 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
         "rows": rows,
         "bode": _bode(judged),
         "rig_seconds": spent.spent,
-        "trips": spent.trips,
+        **_limits(spent),
         "ended": next((each.row["tripped"] for each in judged if each.row["tripped"]), results.ended or spent.over),
         "played": spent.log,
         "controller": "controller.toml",
@@ -82,9 +84,9 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
     files = _files(results.ways[way].spec, rig, metrics)
     subject = Subject(rig, [each.spec for each in results.ways.values()])
     assert spent.last is not None
-    last = spent.last
+    last = recorded_figure(spent.last, spent.mark)
     said = sentence(found.answer) if found else results.ended or ""
-    return Outcome(metrics, lambda: commission_page(goal, metrics, judged, said, last), {}, files, subject)
+    return Outcome(metrics, lambda: commission_page(spent.rig, goal, metrics, judged, said, last), {}, files, subject)
 
 
 def _expected(way: Way, each: Judged) -> Expected:
@@ -105,6 +107,16 @@ def _bode(judged: Sequence[Judged]) -> list[dict[str, Any]]:
     ]
 
 
+def _limits(spent: RigTime) -> dict[str, Any]:
+    """How often something tripped, each time, the limits, and what they made smaller or left out."""
+    return {
+        "trips": len(spent.trips),
+        "tripped": [trip.table() for trip in spent.trips],
+        "limits": limits_json(spent.rig),
+        "smaller": spent.smaller,
+    }
+
+
 def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
     """Of one that ended before a controller was searched: what stands in the way."""
     metrics: dict[str, Any] = {
@@ -112,7 +124,7 @@ def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
         "effects": [],
         "rows": [],
         "rig_seconds": spent.spent,
-        "trips": 0,
+        **_limits(spent),
         "ended": obstacle.what,
         "played": spent.log,
         "controller": None,
@@ -126,8 +138,8 @@ def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
         "timing": {"computing_seconds": spent.computing.spent},
     }
     assert spent.last is not None
-    files = {"commission.json": _text(metrics)}
-    return Outcome(metrics, partial(barred_page, metrics, spent.last), {}, files, Subject(spent.rig))
+    files, last = {"commission.json": _text(metrics)}, recorded_figure(spent.last, spent.mark)
+    return Outcome(metrics, partial(barred_page, spent.rig, metrics, last), {}, files, Subject(spent.rig))
 
 
 def _files(spec: ControllerSpec, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:

@@ -21,8 +21,10 @@ from ...link.commissioning.obstacles import Barred, obstacles
 from ...link.commissioning.relay import lets_go, relay_ways
 from ...link.commissioning.rig_time import RigTime
 from ...link.commissioning.verify import SINE, SINES, STEPS, Way, played_way, settling_of
+from ...link.joined import joined
 from ...link.judged import Judged, wire_rig
 from ...loop.automatic import automatic
+from ...loop.drive_simulation import drive
 from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
@@ -54,8 +56,10 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     the `way` that it is, `rounds`: what each left open, `exact_s`, what the goal would settle in were the numbers known
     exactly, and `obstacles`: what stands in the way, what it costs, what to mend. Where something bars every further
     motion there are only those."""
-    rig = doubted(wanted.rig)
     with LinkClient(wanted.at, wanted.token) as client:
+        rig = doubted(joined(wanted.rig, client.hello))
+        if "position" not in rig.sensors:
+            raise InputError(f"{wanted.at}: {client.hello.rig} has no channel position, which its loop needs")
         computing = Computing(wanted.computing)
         spent = RigTime(client, rig, wanted.seconds, run.stage, computing)
         try:
@@ -70,9 +74,9 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
     """Raises Barred where something is wrong before a controller is searched."""
     rig = spent.rig
     rest, moves = looks(spent, progress)
-    law = with_dither(automatic(rig, moves), spent.dither)
-    searches = Searches(law, wanted.goal, wanted.jobs, run, progress, spent.computing)
     plants = allowed(wire_rig(rig, spent.client))
+    law = _stable(plants, with_dither(automatic(rig, moves), spent.dither), spent, progress)
+    searches = Searches(law, wanted.goal, wanted.jobs, run, progress, spent.computing)
     records = _played(spent, standard_records(plants.stable(law), law), law, progress)
     progress("searches a controller for the rig as the datasheet has it")
     design = searches.designs(rig, "datasheet")[0]
@@ -87,6 +91,16 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
     verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("unknown", ())
     barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values(), spent.dither)
     return Results(wanted.goal, moves, ways, judged, found, reasons, ended, barred, spent.computing.cut)
+
+
+def _stable(plants: Allowed, law: ControllerSpec, spent: RigTime, say: Progress) -> ControllerSpec:
+    """The controller by rules, or in its place the slow loop of the drive, where small moves told too little of the rig
+    for the rules: where it is not stable on the rig of the datasheet."""
+    kept = plants.stable(law)
+    if len(kept.p) and (kept.p[0] == plants.p[0]).all():
+        return law
+    say("the controller by rules is unstable on the rig of the datasheet: a slow position loop takes its place")
+    return with_dither(drive(spent.rig).loop.named(law.name), spent.dither)
 
 
 @dataclass(frozen=True)

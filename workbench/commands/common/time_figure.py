@@ -8,7 +8,7 @@ from ...base.signals import SIGNALS, Signal
 from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...records import Record
-from ...report import Curve, Figure, Panel
+from ...report import Curve, Figure, Mark, Panel
 
 Columns = Mapping[str, np.ndarray]
 TIME = "t [s]"
@@ -54,10 +54,11 @@ def time_figure(
     others: Sequence[str],
     shown: tuple[float, float] | None = None,
     note: str = "",
+    marks: Sequence[Mark] = (),
 ) -> Figure:
     """The controlled `signal` beside the first run's reference, then a panel for each of `others` that there is.
 
-    `runs` by name: see run_columns. `shown`: see window.
+    `runs` by name: see run_columns. `shown`: see window. `marks` are those of every panel.
     """
     first = next(iter(runs.values()))
 
@@ -65,8 +66,8 @@ def time_figure(
         return [Curve(name, run[TIME], from_si(run[of.name], of.unit, of.si)) for name, run in runs.items()]
 
     reference = Curve("reference", first[TIME], from_si(first["reference"], signal.unit, signal.si), "dot")
-    panels = [Panel(SIGNALS[name].label, curves(SIGNALS[name])) for name in others if name in first]
-    controlled = Panel(signal.label, [reference, *curves(signal)])
+    panels = [Panel(SIGNALS[name].label, curves(SIGNALS[name]), marks=marks) for name in others if name in first]
+    controlled = Panel(signal.label, [reference, *curves(signal)], marks=marks)
     return Figure(title, "time [s]", [controlled, *panels], note=note, x_range=shown)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...report import Figure, Page, Section, Table
+from ..common.limits_told import limits_section, trip_marks
 from ..common.step_experiment import StepConfig
 from ..common.time_figure import run_columns, time_figure, window, window_words
 
@@ -16,7 +17,14 @@ _FIGURES = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", 
 def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> tuple[Page, Figure]:
     """The report and its telling figure, an empty one where nothing was played."""
     figures = [_figure(config, each) for each in judged]
-    sections = [Section("Measured and predicted", [_table(judged)]), Section("Time responses", figures)]
+    refused = [
+        f"{each['controller']}, {each['scenario']} was not played: {each['why']}." for each in metrics["refused"]
+    ]
+    sections = [
+        Section("Measured and predicted", [_table(judged)]),
+        Section("Time responses", figures),
+        limits_section(config.rig, refused),
+    ]
     page = Page(f"{config.signal.name.capitalize()} loops at {metrics['rig']}", _verdict(metrics, judged), sections)
     return page, figures[0] if figures else Figure("nothing was played", "time [s]", [])
 
@@ -32,6 +40,8 @@ def _verdict(metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> str:
         words += f" {metrics['late']} readings were lost or late."
     if metrics["ended"]:
         words += f" Playing was cut short: {metrics['ended']}."
+    if metrics["refused"]:
+        words += f" Refused, as limits of the rig are foreseen to be passed: {len(metrics['refused'])}; see the limits."
     if metrics["left_out"]:
         words += f" Left out, as a command alone cannot play them: {', '.join(metrics['left_out'])}."
     return words
@@ -60,4 +70,5 @@ def _figure(config: StepConfig, each: "Judged") -> Figure:
     runs = {"measured": run_columns(each.measured.record), "predicted": run_columns(each.predicted.record)}
     shown = window(each.scenario, [each.row["settling_s"], each.prediction["settling_s"]])
     title = f"{each.scenario.name}, {each.controller}"
-    return time_figure(title, config.signal, runs, ("command", "pa"), shown, window_words(shown, each.scenario))
+    marks = trip_marks(each.trip and each.trip.t)
+    return time_figure(title, config.signal, runs, ("command", "pa"), shown, window_words(shown, each.scenario), marks)

@@ -1,23 +1,29 @@
 """Controllers of an experiment at a live rig: its scenarios played, judged as `run` judges them, and recorded."""
 
 from _thread import interrupt_main
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from itertools import product
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from ...base.errors import LinkLost
+from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
 from ...control.export.sections import identifier
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
+from ...link.joined import joined
 from ...link.judged import Judged, judge_played, wire_rig
 from ...link.opc_ua import opc_ua_server, supervised_loop
-from ...link.wire_loop import INTERRUPTED
-from ...loop.rows import linear_loops, loop_setup
+from ...link.wire_loop import INTERRUPTED, check
+from ...loop.foreseen import beyond, scenario_with_end
+from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, play
+from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...records import Record
 from ..common.design_numbers import Subject
+from ..common.limits_told import limits_json
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.step_experiment import StepConfig
 from ..common.wire_campaign import wire_campaign
@@ -28,28 +34,40 @@ _Course = tuple[ControllerSpec, Scenario, Played]
 
 def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage: Stage, progress: Progress) -> Outcome:
     """`rows` as of `run`, measured at the rig; `predicted`, the same of the experiment's rig in simulation; `late`
-    readings; `ended`, why playing stopped before its end, or None; `left_out`, scenarios that need more than a command.
+    readings; `ended`, why playing stopped before its end, or None; `trips`; `limits`, and whose each is; `left_out`,
+    scenarios that need more than a command, and `refused`, what is foreseen beyond a limit. Raises InputError where
+    that leaves nothing to play.
     """
     with LinkClient(at, token) as client, _looked_on(client, opc_ua, progress):
         progress(f"{client.hello.rig} at {at}, {'lockstep' if client.hello.lockstep else 'real time'}")
-        rig, static = wire_rig(config.rig, client), rest_record(client)
+        config = replace(config, rig=joined(config.rig, client.hello))
+        for spec in config.controllers:
+            check(client, config.rig, spec.build(config.rig.period.value))
+        static = rest_record(client, config.rig)
+        setup = loop_setup(wire_rig(config.rig, client))
+        loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
+        told, refused = _foretold(config, setup, loops, _home(config, static), progress)
         played = list[_Course]()
-        ended = _play(config, client, played, progress)
+        ended = _play(config, told, client, played, progress)
         name = client.hello.rig
     judged = list[Judged]()
     try:
-        setup = loop_setup(rig)
-        loops = {spec.name: linear_loops(spec, setup) for spec in config.controllers}
         for spec, scenario, each in played:
-            judged.append(judge_played(config.conditions, spec, scenario, each, setup, loops[spec.name]))
+            before = told[spec.name, scenario.name].told
+            judged.append(judge_played(before, spec, scenario, each, setup, loops[spec.name]))
     except KeyboardInterrupt:  # what was recorded is left in any case
         ended = INTERRUPTED
+    trips = [each.trip for *_, each in played if each.trip]
     metrics = {
         "rig": name,
         "rows": [{**each.row, "rig": name} for each in judged],
         "predicted": [each.prediction for each in judged],
         "late": sum(each.run.late for *_, each in played),
         "ended": ended,
+        "trips": len(trips),
+        "tripped": [trip.table() for trip in trips],
+        "limits": limits_json(config.rig),
+        "refused": refused,
         "left_out": [scenario.name for scenario in config.scenarios if not _only_command(scenario)],
     }
     records = _records(played)
@@ -67,25 +85,65 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
     return Outcome(metrics, lambda: drive_page(config, metrics, judged), tables, files, subject)
 
 
-def _play(config: StepConfig, client: LinkClient, played: list[_Course], progress: Progress) -> str | None:
-    """Add to `played` every controller in every scenario that a command alone can play, until one is cut short: why
-    that was, or None."""
-    period, home = config.rig.period.value, None
-    try:
-        for spec, scenario in product(config.controllers, filter(_only_command, config.scenarios)):
-            progress(f"{spec.name}: {scenario.name}")
-            t = np.arange(round(scenario.duration / period) + 1) * period
-            controller = spec.build(period)
-            home = _level(client, controller.measures[0]) if home is None else home
+@dataclass(frozen=True)
+class _Foretold:
+    """A controller in a scenario, from where [SI] it starts: the run and the row in simulation."""
+
+    spec: ControllerSpec
+    scenario: Scenario
+    start: float
+    told: tuple[LoopRun, dict[str, Any]]
+
+
+def _foretold(
+    config: StepConfig, setup: LoopSetup, loops: Mapping[str, LinearLoops], home: float, progress: Progress
+) -> tuple[dict[tuple[str, str], _Foretold], list[dict[str, str]]]:
+    """Every controller in every scenario that a command alone can play, in simulation from where it starts; and those
+    that do not stay clear of the limits, with the reason. Raises InputError where none does."""
+    told, refused, rig = dict[tuple[str, str], _Foretold](), list[dict[str, str]](), setup.rig
+    for spec in config.controllers:
+        for scenario in filter(_only_command, config.scenarios):
+            progress(f"foresees {spec.name}: {scenario.name}")
             start = _start(config, scenario, home)
-            each = play_course(
-                client, config.rig, controller, scenario.reference(t), start, noisy=not config.conditions.ideal
-            )
-            if len(each.run.rows) > 1:
-                played.append((spec, scenario, each))
-            if each.ended is not None:
-                progress(f"stopped: {each.ended}")
-                return each.ended
+            there = scenario
+            if config.signal.name == "position":  # to the millimetre: where it stands exactly makes no difference
+                there = replace(scenario, start=round(start - rig.middle, 3), start_share=0.0)
+            run, row = judge(spec, there, setup, loops[spec.name], config.conditions.noise)
+            whole = scenario_with_end(there, rig.period.value)
+            seen = run if whole is there else play(spec, whole, setup, config.conditions.noise)
+            if why := beyond(rig, seen.record.signals, seen.tripped):
+                progress(f"{spec.name}: {scenario.name} is not played: {why}")
+                refused.append({"controller": spec.name, "scenario": scenario.name, "why": why})
+            else:
+                told[spec.name, scenario.name] = _Foretold(spec, scenario, start, (run, row))
+    if refused and not told:
+        what = "{controller}, {scenario}: {why}".format(**refused[0])
+        raise InputError(f"{what}, so nothing moved; make it smaller or slower")
+    return told, refused
+
+
+def _play(
+    config: StepConfig,
+    told: Mapping[tuple[str, str], _Foretold],
+    client: LinkClient,
+    played: list[_Course],
+    progress: Progress,
+) -> str | None:
+    """Add to `played` what was foretold, until one is cut short: why that was, or None."""
+    period, noisy = config.rig.period.value, not config.conditions.ideal
+    try:
+        for each in told.values():
+            spec, scenario = each.spec, each.scenario
+            name = f"{spec.name}, {scenario.name}"
+            progress(f"{spec.name}: {scenario.name}")
+            t, controller = np.arange(round(scenario.duration / period) + 1) * period, spec.build(period)
+            course = scenario.reference(t)
+            done = play_course(client, config.rig, controller, course, each.start, noisy=noisy, name=name)
+            if len(done.run.rows) > 1:
+                played.append((spec, scenario, done))
+            if done.ended is not None:
+                progress(f"stopped: {done.ended}")
+                return done.ended
     except LinkLost as error:
         progress(f"the link is lost: {error}")
         return f"the link is lost: {error}"
@@ -102,11 +160,9 @@ def _looked_on(client: LinkClient, opc_ua: int | None, progress: Progress) -> Ab
     return opc_ua_server(supervised_loop(client, interrupt_main), opc_ua)
 
 
-def _level(client: LinkClient, signal: str) -> float:
-    """Where a signal stands now."""
-    value = client.on().values[client.hello.names.index(signal)]
-    client.off()
-    return value
+def _home(config: StepConfig, static: Record) -> float:
+    """Where the controlled signal stands at rest."""
+    return float(static.signals[config.signal.name].mean())
 
 
 def _start(config: StepConfig, scenario: Scenario, home: float) -> float:

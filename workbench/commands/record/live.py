@@ -8,15 +8,20 @@ from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
-from ...link.wire_loop import INTERRUPTED
-from ...loop.drive_simulation import drive, trouble
+from ...link.joined import joined
+from ...link.judged import wire_rig
+from ...link.trips import Trip
+from ...link.wire_loop import INTERRUPTED, check
+from ...loop.drive_simulation import SMALLER, TRIES, DriveSimulation, drive, trouble
 from ...loop.drive_simulation import play as simulated
+from ...loop.foreseen import beyond, wave_with_end
 from ...loop.standard_records import standard_set
 from ...records import Record
 from ...records.excitation import Excitation, excitation_text
 from ...report import Figure, Page, Section, Table
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
+from ..common.limits_told import limits_json, limits_section
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.wire_campaign import wire_campaign
 from .config import Plan
@@ -25,43 +30,74 @@ from .study import recorded_figure
 
 def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) -> Outcome:
     """Play every excitation on the rig at `at`, as long as none is cut short. `rows` of what was recorded; `late`
-    readings; `ended`: why it stopped, or None. Raises InputError for an excitation that the declared rig cannot play,
-    before anything moves."""
-    progress("excitations")
-    ready = drive(plan.rig)
-    waves = list(plan.files) or list(standard_set(ready).values())
-    for wave in waves:
-        if reason := trouble(simulated(ready, wave)):
-            raise InputError(f"{wave.name}: on {plan.rig.name} in simulation, {reason}; make it smaller")
-    records, late, ended = dict[str, Record](), 0, None
+    readings; `ended`: why it stopped, or None; `trips`; `limits`, and whose each is. Raises InputError for an
+    excitation that the rig cannot play, before anything moves."""
+    records, late, ended, trips, mark = dict[str, Record](), 0, None, list[Trip](), None
     with LinkClient(at, token) as client:
-        static = rest_record(client)
+        rig = joined(plan.rig, client.hello)
+        progress("excitations")
+        ready = drive(wire_rig(rig, client))
+        waves = _waves(plan, ready)
+        check(client, rig, ready.loop.build(rig.period.value))
+        static = rest_record(client, rig)
         for wave in waves:
             progress(f"{wave.name}: {wave.t[-1]:.3g} s")
             try:
-                played = _played(client, plan.rig, ready.loop.build(wave.period), wave)
+                played = _played(client, rig, ready.loop.build(wave.period), wave)
             except (LinkLost, KeyboardInterrupt) as error:
                 ended = str(error) or INTERRUPTED
                 break
             records[wave.name], late, ended = played.record, late + played.run.late, played.ended
+            trips, mark = [*trips, *([played.trip] if played.trip else [])], played.mark
             if ended is not None:
                 break
         name = client.hello.rig
-    rows = [_row(name, record, plan.rig, list(records)) for name, record in records.items()]
-    metrics: dict[str, Any] = {"rig": name, "rows": rows, "late": late, "ended": ended}
-    files = wire_campaign(plan.rig, client, static, records, list(records)[-1:])
+    rows = [_row(name, record, rig, list(records)) for name, record in records.items()]
+    metrics: dict[str, Any] = {"rig": name, "rows": rows, "late": late, "ended": ended, "trips": len(trips)}
+    metrics |= {"tripped": [trip.table() for trip in trips], "limits": limits_json(rig)}
+    files = wire_campaign(rig, client, static, records, list(records)[-1:])
     files |= {f"played-{wave.name}.csv": excitation_text(wave) for wave in waves}
 
     def draw() -> tuple[Page, Figure]:
         shown = records or {"static": static}
-        return _page(metrics, shown), recorded_figure(list(shown.values())[-1])
+        figures = [recorded_figure(record) for record in list(shown.values())[:-1]]
+        figures.append(recorded_figure(list(shown.values())[-1], mark))
+        return _page(metrics, rig, figures), figures[-1]
 
-    return Outcome(metrics, draw, files=files, subject=Subject(plan.rig))
+    return Outcome(metrics, draw, files=files, subject=Subject(rig))
+
+
+def _waves(plan: Plan, ready: DriveSimulation) -> list[Excitation]:
+    """What is played: the files, or the standard set as large as it stays clear of the limits. Raises InputError for a
+    file that does not."""
+    rig = ready.rig
+    if plan.files and rig.period != plan.rig.period:
+        hz, its = 1 / plan.rig.period.value, 1 / rig.period.value
+        raise InputError(f"--play: {rig.name} runs at {its:g} Hz, its file says {hz:g} Hz; set its [control] period")
+    for wave in plan.files:
+        if reason := _reason(ready, wave):
+            raise InputError(f"{wave.name}: on {rig.name} in simulation, {reason}; make it smaller")
+    return list(plan.files) or [_clear(ready, wave) for wave in standard_set(ready).values()]
+
+
+def _clear(ready: DriveSimulation, wave: Excitation) -> Excitation:
+    """A wave that the guard lets through, smaller where it comes too near to a limit."""
+    trials = (wave.scaled(float(factor)) for factor in SMALLER ** np.arange(TRIES))
+    found = next((trial for trial in trials if _reason(ready, trial) is None), None)
+    if found is None:
+        raise InputError(f"{wave.name}: on {ready.rig.name} in simulation, {_reason(ready, wave)}; widen that limit")
+    return found
+
+
+def _reason(ready: DriveSimulation, wave: Excitation) -> str | None:
+    """Why a wave should not be played."""
+    run = simulated(ready, wave_with_end(wave))
+    return trouble(run) or beyond(ready.rig, run.record.signals, None)
 
 
 def _played(client: LinkClient, rig: Rig, controller: Any, wave: Excitation) -> Played:
     start = float(wave.reference[0])
-    return play_course(client, rig, controller, wave.reference - start, start, wave.command)
+    return play_course(client, rig, controller, wave.reference - start, start, wave.command, name=wave.name)
 
 
 def _row(name: str, record: Record, rig: Rig, names: list[str]) -> dict[str, Any]:
@@ -75,7 +111,7 @@ def _row(name: str, record: Record, rig: Rig, names: list[str]) -> dict[str, Any
     }
 
 
-def _page(metrics: dict[str, Any], records: dict[str, Record]) -> Page:
+def _page(metrics: dict[str, Any], rig: Rig, figures: list[Figure]) -> Page:
     rows = metrics["rows"]
     verdict = f"{counted(len(rows), 'record')} of {metrics['rig']}"
     verdict += f"; {rows[-1]['record']} is held out." if rows else "."
@@ -85,7 +121,7 @@ def _page(metrics: dict[str, Any], records: dict[str, Record]) -> Page:
         verdict += f" Playing was cut short: {metrics['ended']}."
     heads = ["record", "role", "duration [s]", "position within [mm]", "command [1]"]
     note = "The rig was held by a slow position loop, to whose command the played one was added. rig.toml is the "
-    note += "declared rig; campaign.toml says how late its commands act behind the link."
+    note += "declared rig with the limits below; campaign.toml says how late its commands act behind the link."
     table = Table("What was recorded", heads, [list(row.values()) for row in rows], note)
-    figures = [recorded_figure(record) for record in records.values()]
-    return Page(f"Recordings of {metrics['rig']}", verdict, [Section("Records", [table]), Section("Signals", figures)])
+    sections = [Section("Records", [table]), Section("Signals", figures), limits_section(rig)]
+    return Page(f"Recordings of {metrics['rig']}", verdict, sections)

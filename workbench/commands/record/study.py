@@ -20,6 +20,7 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
+from ..common.limits_told import trip_marks
 from ..common.outcome import Outcome, Progress, Stage
 from .config import OWN, Plan
 
@@ -113,19 +114,20 @@ def _page(plan: Plan, drive: DriveSimulation, rows: list[dict[str, Any]], record
     return Page(f"Recordings of {plan.rig.name}", verdict, sections)
 
 
-def recorded_figure(record: Record) -> Figure:
-    """All signals of a record."""
+def recorded_figure(record: Record, mark: float | None = None) -> Figure:
+    """All signals of a record, and when [s] it tripped, if it did."""
+    marks = trip_marks(mark)
 
     def shown(name: str) -> np.ndarray:
         return from_si(record.signals[name], SIGNALS[name].unit, SIGNALS[name].si)
 
     followed = [name for name in ("reference", "position") if name in record.names]
     panels = [
-        Panel(SIGNALS["position"].label, [Curve(name, record.t, shown(name)) for name in followed]),
-        Panel(SIGNALS["command"].label, [Curve("command", record.t, shown("command"))]),
+        Panel(SIGNALS["position"].label, [Curve(name, record.t, shown(name)) for name in followed], marks=marks),
+        Panel(SIGNALS["command"].label, [Curve("command", record.t, shown("command"))], marks=marks),
     ]
     panels += [
-        Panel(SIGNALS[name].label, [Curve(name, record.t, shown(name))])
+        Panel(SIGNALS[name].label, [Curve(name, record.t, shown(name))], marks=marks)
         for name in record.names
         if name not in ("reference", "position", "command")
     ]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_FURTHEST = 700.0  # of a normalised distance: no double has its exponential beyond
 FIGURE_ERROR = 0.02  # of a figure that is read off a datasheet's curve, one standard deviation
 DETERMINED = 0.10  # a number or combination that is known better than this (95 %) is determined
 
@@ -27,7 +28,9 @@ class FreeParameter:
 
     def value(self, x: float) -> float:
         """SI value at a normalised distance x from the estimate."""
-        return self.start * float(np.exp(x)) if self.scale is None else self.start + self.scale * x
+        if self.scale is not None:
+            return self.start + self.scale * x
+        return self.start * float(np.exp(np.clip(x, -_FURTHEST, _FURTHEST)))
 
     def normalised(self, value: float) -> float:
         """The normalised distance x of a value from the estimate."""

@@ -46,7 +46,8 @@ class Steps:
     def say(self, now: str = "") -> None:
         """The step, what it is at `now`, and the time left."""
         what = f"{self._what}: {now}" if now else self._what
-        self._report(f"step {self._number} of at least {self._least}: {what}{self._time()}")
+        known = f" of at least {self._least}" if self._least > self._number else ""
+        self._report(f"step {self._number}{known}: {what}{self._time()}")
 
     def _time(self) -> str:
         if not (self._did[self._kind] and self._left):

@@ -14,17 +14,18 @@ from ...engine import Engine
 from ...loop.batch import Lanes, run_lanes
 from ...loop.drive_simulation import SMALLER, TRIES
 from ...loop.envelope import steps
+from ...loop.foreseen import beyond, emptied, wave_with_end, with_end
+from ...loop.guard_numbers import trip_reason
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
 from ...loop.scenarios import Scenario
 from ...plant import build
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 
-MARGIN = 0.05  # of a limit, that no plant may come nearer to
 _AS = "-as-"  # between a scenario's name and its smaller size
 DRAWN = 60  # beside the corners
 _WORST = ("M", "beta", "Ps", "K3")  # whose ends decide how far, how fast and how hard a motion goes
-_RECORDED = ("position", "velocity", "lowest_pressure")
+_RECORDED = ("position", "velocity", "force", "pa", "pb", "lowest_pressure")
 
 
 @dataclass(frozen=True)
@@ -57,17 +58,20 @@ class Allowed:
     def _places(self) -> dict[float, PlantLanes]:
         return {}
 
-    def fits(self, spec: ControllerSpec, reference: np.ndarray, start: float) -> bool:
-        """Whether all of them stay clear of the limits along deviations `reference` [k] from a start [m from mid
-        stroke]: nothing trips, 5 % of stroke and speed are left."""
-        return all(bool(self._clear(part).all()) for part in self._runs(spec, reference, start, 0.0))
+    def trouble(self, spec: ControllerSpec, reference: np.ndarray, start: float) -> str | None:
+        """Why not all of them stay clear of the limits along deviations `reference` [k] from a start [m from mid
+        stroke]: one trips, or has less than 5 % of a limit left. None where all do."""
+        whole = with_end(reference, self.rig.period.value)
+        return next(filter(None, map(self._trouble, self._runs(spec, whole, start, 0.0))), None)
 
-    def take(self, spec: ControllerSpec, wave: Excitation) -> bool:
-        """Whether all of them take an excitation in a loop so; and no chamber empties, where no model holds that the
-        record is to be fitted by."""
-        start = float(wave.reference[0])
-        runs = self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command)
-        return all(bool(self._clear(part).all()) and part.signals["lowest_pressure"].min() >= 0.0 for part in runs)
+    def trouble_with(self, spec: ControllerSpec, wave: Excitation) -> str | None:
+        """The same of an excitation in a loop; nor may a chamber empty, where no model holds that the record is to be
+        fitted by."""
+        start, wave = float(wave.reference[0]), wave_with_end(wave)
+        for part in self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command):
+            if why := self._trouble(part) or emptied(part.signals):
+                return why
+        return None
 
     def stable(self, spec: ControllerSpec) -> "Allowed":
         """Those of them on which a controller that the rig itself gave is stable."""
@@ -88,14 +92,15 @@ class Allowed:
     ) -> Iterator[Lanes]:
         lanes, law = self.at(start), sampled_law(spec.build(self.rig.period.value))
         assert law is not None  # P, pressure feedback, the lap inverted and shaping are data
-        for _, part in run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, _RECORDED, added=added):
+        recorded = tuple(name for name in _RECORDED if name in self.engine.plant.outputs)
+        for _, part in run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, recorded, added=added):
             yield part
 
-    def _clear(self, part: Lanes) -> np.ndarray:
-        """Which lanes [lanes] stay clear of the limits."""
-        far = np.abs(part.signals["position"] - self.rig.middle).max(axis=1) / self.rig.limit("stroke")
-        fast = np.abs(part.signals["velocity"]).max(axis=1) / self.rig.limit("speed")
-        return ~part.failed & (part.trip == 0) & (np.maximum(far, fast) <= 1 - MARGIN)
+    def _trouble(self, part: Lanes) -> str | None:
+        """What keeps lanes from staying clear of the limits."""
+        tripped = np.flatnonzero(part.trip)
+        why = trip_reason(self.rig, int(part.trip[tripped[0]])) if len(tripped) else None
+        return beyond(self.rig, part.signals, why) or ("the simulation fails" if part.failed.any() else None)
 
 
 def _middle(values: np.ndarray) -> tuple[float, float | None]:
@@ -125,12 +130,15 @@ def safe(plants: Allowed, loop: ControllerSpec, waves: Sequence[Excitation]) -> 
 
 
 def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Excitation:
+    why = None
     for factor in SMALLER ** np.arange(TRIES):
         trial = wave.scaled(float(factor))
-        if plants.take(loop, trial):
+        why = plants.trouble_with(loop, trial)
+        if why is None:
             return trial
     raise InputError(
-        f"{wave.name}: one of the plants that the records allow cannot play it at any size; narrow the rig's bounds"
+        f"{wave.name}: one of the plants that the records allow cannot play it at any size: {why}; widen that limit if "
+        "it is not meant, or narrow the rig's bounds"
     )
 
 
@@ -139,14 +147,16 @@ def is_of(name: str, scenario: str) -> bool:
     return name == scenario or name.startswith(scenario + _AS)
 
 
-def smaller(plants: Allowed, spec: ControllerSpec, scenario: Scenario) -> Scenario | None:
-    """A scenario as large as every plant takes it, its size in its name where that is another; None where none is
-    taken."""
+def smaller(plants: Allowed, spec: ControllerSpec, scenario: Scenario) -> tuple[Scenario | None, str | None]:
+    """A scenario as large as every plant takes it, its size in its name where that is another, None where none is
+    taken; and why it is not taken at its own size."""
     t = np.arange(round(scenario.duration / plants.rig.period.value) + 1) * plants.rig.period.value
-    start = scenario.position(plants.rig.limit("stroke"))
+    start, first = scenario.position(plants.rig.limit("stroke")), None
     for factor in SMALLER ** np.arange(TRIES):
         name = scenario.name if factor == 1 else f"{scenario.name}{_AS}{1e3 * abs(factor * scenario.size):.3g}mm"
         trial = replace(scenario, name=name, size=float(factor * scenario.size))
-        if plants.fits(spec, trial.reference(t), start):
-            return trial
-    return None
+        why = plants.trouble(spec, trial.reference(t), start)
+        if why is None:
+            return trial, first
+        first = first or why
+    return None, first

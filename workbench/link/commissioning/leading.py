@@ -23,11 +23,11 @@ def rig_decides(
     over, no further one is played."""
     if len(designs) == 1:
         return designs[0]
-    plants, trips, ranks = allowed(wire_rig(model, spent.client)), spent.trips, list[_Rank]()
+    plants, trips, ranks = allowed(wire_rig(model, spent.client)), len(spent.trips), list[_Rank]()
     for place, spec in enumerate(designs, 1):
         judged = played_way(spent, f"leading-{place}", Way(spec, plants), (goal,), say, number)
         ranks.append(_rank(judged, goal))
-        if spent.over or spent.trips > trips:
+        if spent.over or len(spent.trips) > trips:
             break
     best = min(range(len(ranks)), key=ranks.__getitem__)
     say(f"of {len(ranks)} designs the rig does {goal} best with number {best + 1}")

@@ -17,6 +17,7 @@ from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..client import LinkClient
 from ..course import Played, play_course, rest_record
+from ..trips import Trip
 from ..wire_loop import INTERRUPTED, WireRun
 from .computing import Computing
 from .dither import sine, without_dither
@@ -34,9 +35,10 @@ def nothing_wrong(_: Record) -> None:
 class RigTime:
     """What is played on the rig, and for how long: no longer than is allowed. What was kept is not played again.
 
-    `spent` [s], and `log`, what was played in that time; `trips`: courses of controllers that were cut short; `over`:
-    what there was no time for, or None; `computing`: the computer's time, in which the rig's does not count; `dither`:
-    what every loop has on top, where the valve needs it; `last`: the newest record, None before the first.
+    `spent` [s], and `log`, what was played in that time; `trips` of rig and guard; `smaller`: scenarios that were made
+    smaller or left out, and why; `over`: what there was no time for, or None; `computing`: the computer's time, in
+    which the rig's does not count; `dither`: what every loop has on top, where the valve needs it; `last`: the newest
+    record, None before the first, and `mark`: when [s] of it a trip was.
     """
 
     def __init__(
@@ -44,9 +46,11 @@ class RigTime:
     ) -> None:
         self.client, self.rig, self._seconds, self._stage = client, rig, seconds, stage
         self.computing = computing or Computing(np.inf)
-        self.spent, self.log, self.trips = 0.0, list[dict[str, Any]](), 0
+        self.spent, self.log, self.trips = 0.0, list[dict[str, Any]](), list[Trip]()
+        self.smaller = list[dict[str, Any]]()
         self.over: str | None = None
         self.last: Record | None = None
+        self.mark: float | None = None
         self.dither: Sine | None = None
 
     def rest(self, check: Callable[[Record], None]) -> Record:
@@ -54,8 +58,12 @@ class RigTime:
 
         def compute() -> dict[str, Any]:
             with self.computing.waits():
-                record = rest_record(self.client)
-            self._look("static", record, float(record.t[-1]), check)
+                record = self.last = rest_record(self.client, self.rig)
+            try:
+                check(record)
+            except Barred:
+                self._spend("static", "look", float(record.t[-1]))
+                raise
             return _stored(record)
 
         record = self.last = _record("static", self._stage("played-static", compute))
@@ -84,7 +92,8 @@ class RigTime:
             relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
             loop = relay if self.dither is None else Dithered(relay, self.dither)
             start = None if blind else self.rig.middle
-            return play_course(self.client, self.rig, loop, relay_reference(self.rig, way), start, begins=relay.begin)
+            reference = relay_reference(self.rig, way)
+            return play_course(self.client, self.rig, loop, reference, start, begins=relay.begin, name=name)
 
         name = f"relay-{1e3 * way:g}mm{'' if self.dither is None else '-dithered'}"
         record = self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
@@ -101,7 +110,8 @@ class RigTime:
         reference = wave.reference - start
 
         def play() -> Played:
-            return play_course(self.client, self.rig, loop.build(wave.period), reference, start, wave.command)
+            controller = loop.build(wave.period)
+            return play_course(self.client, self.rig, controller, reference, start, wave.command, name=wave.name)
 
         return self._whole(wave.name, self._course(wave.name, why, play, len(reference), nothing_wrong))
 
@@ -111,11 +121,9 @@ class RigTime:
 
         def play() -> Played:
             controller: Controller = spec.build(self.rig.period.value)
-            return play_course(self.client, self.rig, controller, reference, start)
+            return play_course(self.client, self.rig, controller, reference, start, name=name)
 
-        played = self._course(name, why, play, len(reference), nothing_wrong)
-        self.trips += played.ended is not None
-        return played
+        return self._course(name, why, play, len(reference), nothing_wrong)
 
     def _whole(self, name: str, played: Played) -> Record:
         """The record of a course. Raises Barred where the rig or its guard stopped it."""
@@ -137,31 +145,27 @@ class RigTime:
                 played = _unlost(play)
             if played.lost:
                 raise LinkLost(f"{name}: {played.ended}, {_TRIES} times")
-            self._look(name, played.record, played.seconds, check, played.ended)
+            self._look(name, played, check)
             return _stored_course(played)
 
         played = _restored_course(self._stage(f"played-{name}", compute))
-        self.last = played.record
+        self.last, self.mark = played.record, played.mark
         self._spend(name, why, played.seconds)
+        self.trips += [played.trip] if played.trip else []
         return played
 
-    def _look(
-        self,
-        name: str,
-        record: Record,
-        seconds: float,
-        check: Callable[[Record], object],
-        ended: str | None = None,
-    ) -> None:
-        """Check a record that was just played; one in which something is wrong was played too. One that `ended` early
+    def _look(self, name: str, played: Played, check: Callable[[Record], object]) -> None:
+        """Check a record that was just played; one in which something is wrong was played too. One that was cut short
         tells little for that reason."""
-        self.last = record
+        self.last, self.mark = played.record, played.mark
         try:
-            check(record)
+            check(played.record)
         except (InputError, Barred) as wrong:
-            self._spend(name, "look", seconds)
-            if ended is not None and isinstance(wrong, Barred):
-                raise Barred(cut_short(name, ended)) from wrong
+            self._spend(name, "look", played.seconds)
+            if played.trip is not None:
+                self.trips.append(played.trip)
+            if played.ended is not None and isinstance(wrong, Barred):
+                raise Barred(cut_short(name, played.ended)) from wrong
             raise
 
     def _spend(self, what: str, why: str, seconds: float) -> None:
@@ -194,6 +198,7 @@ def _stored_course(played: Played) -> dict[str, Any]:
     run = played.run
     own = {"rows": np.array(run.rows), "readings": np.array(run.readings), "names": list(run.names)}
     rest = {"period": run.period, "ended": played.ended, "level": played.level, "seconds": float(played.seconds)}
+    rest |= {"trip": played.trip and played.trip.table(), "mark": played.mark}
     return {**own, **rest, "record": _stored(played.record)}
 
 
@@ -203,4 +208,5 @@ def _restored_course(stored: Mapping[str, Any]) -> Played:
     readings = [tuple(row) for row in np.asarray(stored["readings"]).reshape(-1, len(names)).tolist()]
     run = WireRun(stored["period"], names, rows, readings, ended)
     record = _record("wire", stored["record"])
-    return Played(run, stored["level"], record, None, ended, False, stored["seconds"])
+    trip = None if stored["trip"] is None else Trip(**stored["trip"])
+    return Played(run, stored["level"], record, None, ended, False, stored["seconds"], trip, stored["mark"])

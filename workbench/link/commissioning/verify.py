@@ -10,7 +10,7 @@ from ...base.checkpoint import Progress
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import NoLinearView
 from ...loop.conditions import Conditions
-from ...loop.rows import linear_loops, loop_setup
+from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
 from ...loop.stiffness_and_noise import dynamic_stiffness
@@ -65,9 +65,12 @@ def played_way(
     for wanted in _places(scenarios, spent.rig):
         if unsettled and (wanted.frequency is None or abs(wanted.size) > SCENARIOS[_ELSEWHERE].size):
             continue
-        scenario = smaller(way.plants, spec, wanted)
+        scenario, why = smaller(way.plants, spec, wanted)
+        if why is not None:
+            size = None if scenario is None else scenario.size
+            spent.smaller.append({"way": name, "scenario": wanted.name, "size": size, "why": why})
         if scenario is None:
-            say(f"{name}: {wanted.name} is not played: a plant that the records allow cannot play it at any size")
+            say(f"{name}: {wanted.name} is not played at any size: {why}")
             continue
         say(f"{name}: {scenario.name} on the rig")
         try:
@@ -76,7 +79,9 @@ def played_way(
             say(str(barred))
             break
         if len(played.run.rows) > 1:
-            judged.append(judge_played(Conditions(), spec.named(name), scenario, played, setup, loops))
+            own = spec.named(name)
+            told = judge(own, scenario, setup, loops, Conditions().noise)
+            judged.append(judge_played(told, own, scenario, played, setup, loops))
         if played.ended is not None:
             say(f"{name}, {scenario.name}: {played.ended}")
             break

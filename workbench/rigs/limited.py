@@ -1,0 +1,90 @@
+"""The signals of a rig that stay within limits, and whose each limit is: the rig file's, the live rig's, a default."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..base.signals import SIGNALS
+from .number import Number
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+FILE = "the rig file"
+HELLO = "the live rig's hello"
+BY_DEFAULT = "1.3 times the supply, by default"
+PRESSURE_SHARE = 1.3
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A signal that may be no further than `size` from its `middle`, SI, and whose limit that is."""
+
+    signal: str
+    middle: float
+    size: float
+    whose: str = ""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest value."""
+        return self.middle - self.size, self.middle + self.size
+
+    def share(self, values: np.ndarray) -> np.ndarray:
+        """How much of the way to the limit values [..] are: beyond it above 1."""
+        return np.abs(values - self.middle) / self.size
+
+    def text(self, value: float) -> str:
+        """A value beside the end of the limit that it is nearer to."""
+        signal, end = SIGNALS[self.signal], self.ends[int(value >= self.middle)]
+        return f"{self.signal} {signal.text(float(f'{value:.4g}'))} of {signal.text(end)} ({self.whose})"
+
+
+def is_told(limit: Number) -> bool:
+    """Whether its source says whose a limit is, as those of a rig that was joined do."""
+    return limit.source.startswith((HELLO, BY_DEFAULT, FILE))
+
+
+def whose(limit: Number) -> str:
+    """Whose a limit is."""
+    if is_told(limit):
+        return limit.source
+    return f"{FILE}: {limit.source}" if limit.source else FILE
+
+
+def limits_of(rig: "Rig") -> tuple[Limit, ...]:
+    """Of position, velocity, force, and where there is one the pressure of each chamber."""
+    own = rig.limits
+    about = (("position", rig.middle, "stroke"), ("velocity", 0.0, "speed"), ("force", 0.0, "force"))
+    limits = [Limit(signal, middle, own[name].value, whose(own[name])) for signal, middle, name in about]
+    if (high := own.get("pressure")) is not None:
+        low = own["least_pressure"].value if "least_pressure" in own else -high.value
+        middle, size = (high.value + low) / 2, (high.value - low) / 2
+        limits += [Limit(chamber, middle, size, whose(high)) for chamber in ("pa", "pb")]
+    return tuple(limits)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The limit that signals came nearest to: the value, its share of the way to the limit, and the sample [k]."""
+
+    limit: Limit
+    value: float
+    share: float
+    sample: int
+
+
+def nearest_limit(limits: tuple[Limit, ...], signals: Mapping[str, np.ndarray]) -> Nearest | None:
+    """Of signals [.., k] by name, what came nearest to a limit, or furthest beyond; None where none has a limit."""
+    found: Nearest | None = None
+    for limit in limits:
+        values = signals.get(limit.signal)
+        if values is None or not np.isfinite(values).any():
+            continue
+        shares = np.nan_to_num(limit.share(values), nan=0.0)
+        place = np.unravel_index(int(np.argmax(shares)), shares.shape)
+        if found is None or shares[place] > found.share:
+            found = Nearest(limit, float(values[place]), float(shares[place]), int(place[-1]))
+    return found
