@@ -270,6 +270,94 @@ def test_the_cases_of_stamps_have_rows_of_a_millisecond(tmp_path, name):
     assert ("a change of the clocks" in " ".join(metrics["mended"])) == (name == "dst_back.csv")
 
 
+@needs_cases
+@pytest.mark.parametrize(
+    ("name", "first", "last", "tolerance"),
+    [("start_times.tdms", 0.35, 2.999, 0.0), ("start_times_same_length.tdms", 0.35, 2.649, 0.0),
+     ("late_group.mf4", 0.7, 2.99, 2.0), ("many_repeats.mf4", 0.0, 2.995, 1.0), ("datetime.xlsx", 0.0, 1.499, 0.0),
+     ("stamp_tabs.txt", 0.0, 1.499, None)],
+)  # fmt: skip
+def test_the_cases_of_clocks_have_every_value_at_its_time(tmp_path, name, first, last, tolerance):
+    """Against the record that they were made of; what was logged more coarsely is off by what a line is from it, mm."""
+    assert imported(tmp_path, CASES / name)["ready"]
+    true = pq.read_table(CASES / "tz_column.parquet").to_pandas()
+    records = load_campaign(tmp_path / "lab").records
+    assert min(record.t[0] for record in records) == pytest.approx(first, abs=1e-6)
+    assert max(record.t[-1] for record in records) == pytest.approx(last, abs=1e-6)
+    for record in records if tolerance is not None else ():
+        rows = np.rint(record.t / 1e-3).astype(int)
+        assert record.t == pytest.approx(rows * 1e-3, abs=1e-5)
+        for signal, cell, unit in (("command", "Command", 1.0), ("pa", "pA (bar)", 1e5), ("pb", "pB (bar)", 1e5)):
+            assert record.signals[signal] == pytest.approx(unit * true[cell].to_numpy()[rows], abs=1e-6 * unit)
+        assert record.signals["position"] == pytest.approx(
+            1e-3 * true["Position (mm)"].to_numpy()[rows], abs=1e-3 * tolerance + 1e-8
+        )
+
+
+# --- held or drawn
+
+
+@needs_cases
+def test_a_command_logged_on_change_is_held_and_its_line_says_how_to_draw_it(tmp_path):
+    metrics = imported(tmp_path, CASES / "events.mf4")
+    true = pq.read_table(CASES / "tz_column.parquet").to_pandas()["Command"].to_numpy()
+    assert {row["column"]: row["between"] for row in metrics["columns"]}["Command"] == "held"
+    edges, values = np.array([0, 100, 900, 2900]), true[[0, 100, 900, 2900]]
+    held = values[np.searchsorted(edges, np.arange(3000), side="right") - 1]
+    (file,) = metrics["files"]
+    written = (tmp_path / "lab" / "campaign.toml").read_text()
+    line = 'command = {column = "Command", unit = "1", between = "held"}'
+    assert line in written
+    for way, expected in (("held", held), ("linear", np.interp(np.arange(2901), edges, values))):
+        (tmp_path / "lab" / "campaign.toml").write_text(written.replace('between = "held"', f'between = "{way}"'))
+        records = load_campaign(tmp_path / "lab").records
+        for record in records:
+            rows = np.rint(record.t / 1e-3).astype(int)
+            assert record.signals["command"] == pytest.approx(expected[rows], abs=1e-9)
+        assert max(record.t[-1] for record in records) == pytest.approx(1e-3 * (expected.size - 1))
+    assert file["file"] == "events.parquet"
+
+
+def test_what_goes_between_samples_is_told_by_name_by_numbers_and_by_clock(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    t, slow = np.arange(400) * 1e-3, np.arange(40) * 1e-2
+    events = np.array([0.0, 0.013, 0.15, 0.16, 0.39])
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.sin(30 * t), t, unit="bar", name="pA")])
+        drive = [("Ventil Soll", np.sin(30 * slow)), ("Zustand", np.arange(40) % 3), ("Kraft", np.cos(30 * slow))]
+        file.append([asammdf.Signal(values.astype(float), slow, unit="", name=name) for name, values in drive])
+        file.append([asammdf.Signal(np.linspace(0.0, 0.7, 5), events, unit="", name="Marke")])
+        file.save(tmp_path / "a.mf4")
+    source = open_foreign(tmp_path / "a.mf4")
+    ways = {heading.cell: heading.between for heading in source.headings if "," not in heading.cell}
+    assert ways == {"t": None, "pA": None, "Ventil Soll": "held", "Zustand": "held", "Kraft": "linear", "Marke": "held"}
+
+
+def test_empty_cells_between_samples_are_filled_as_the_campaign_says(tmp_path):
+    rows = [f"{k / 1000},{0.1 * k if k % 5 == 0 else ''},{k if k % 5 == 0 else ''}" for k in range(101)]
+    (tmp_path / "a.csv").write_text("\n".join(["t [s],command [1],pa [bar]", *rows]) + "\n")
+    with pytest.raises(InputError, match="cells are empty"):
+        read_record(tmp_path / "a.csv")
+    text = 'rig = "jack-10t"\n[records]\nheldout = ["a.csv"]\n[signals]\n'
+    text += 'command = {scale = 1.0, between = "held"}\npa = {between = "linear"}\n'
+    (tmp_path / "campaign.toml").write_text(text)
+    (record,) = load_campaign(tmp_path).heldout
+    k = np.arange(101)
+    assert record.signals["command"] == pytest.approx(0.5 * (k // 5))
+    assert record.signals["pa"] == pytest.approx(1e5 * k)
+    assert record.valid["pa"].all()
+
+
+def test_groups_without_a_date_beside_one_with_it_are_said(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    dated = {"wf_start_time": np.datetime64("2025-03-11T10:00:00.25"), "wf_increment": 1e-3}
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        channels = [("A", "Weg", np.arange(50.0), dated), ("B", "Kraft", np.arange(40.0) + 0.5, {"wf_increment": 1e-3})]
+        writer.write_segment([nptdms.ChannelObject(*channel) for channel in channels])
+    notes = open_foreign(tmp_path / "a.tdms").notes
+    assert "B: no date beside A; taken to begin with it" in notes
+
+
 TRACER = CASES.parents[1] / "data" / "mts_press" / "tracerdaq_head.txt"
 
 

@@ -7,9 +7,9 @@ from workbench.identify.columns.conversion import Conversion, conversion
 from workbench.identify.columns.guess import guess_columns
 from workbench.identify.columns.roles import motion, roles
 from workbench.identify.columns.summary import summary
-from workbench.identify.columns.vocabulary import strengths
 from workbench.records import Record
 from workbench.records.foreign.unit_names import heading_of, name_of
+from workbench.records.foreign.vocabulary import strengths
 
 NAMES = {
     "t": "Zeit, time, Temps, t, Zeitstempel, tout",

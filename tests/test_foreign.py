@@ -155,7 +155,7 @@ def test_matlab_structures_of_version_5(tmp_path):
     }
     savemat(tmp_path / "a.mat", {"record": record, "gain": 3.0})
     units, numbers, parts = table(tmp_path / "a.mat")
-    assert units == {"record.t": None, "record.p_A": None, "Kraft": "kN"}
+    assert units == {"record.t": None, "record.p_A": None, "Kraft": "kN", "Kraft, held": "kN"}
     np.testing.assert_allclose(numbers["Kraft"][:391], np.interp(T[:391], T[::10], U[::10]))
     assert np.isnan(numbers["Kraft"][391:]).all()
     assert any("resampled from 100 Hz to 1000 Hz" in note for note in parts[0].notes)
@@ -327,10 +327,10 @@ def test_tdms_channels_with_clocks_of_their_own(tmp_path):
         channels = [("Messung", "Weg", X, fast), ("Langsam", "Kraft", U[::10], slow)]
         writer.write_segment([nptdms.ChannelObject(*channel) for channel in channels])
     units, numbers, parts = table(tmp_path / "a.tdms")
-    assert units == {"t": "s", "Weg": "mm", "Kraft": "kN"}
+    assert units == {"t": "s", "Weg": "mm", "Kraft": "kN", "Kraft, held": "kN"}
     np.testing.assert_allclose(numbers["t"], T)
     np.testing.assert_allclose(numbers["Kraft"][:391], np.interp(T[:391], T[::10], U[::10]))
-    assert any("Langsam: resampled from 100 Hz to 1000 Hz" in note for note in parts[0].notes)
+    assert any("Kraft: resampled from 100 Hz to 1000 Hz, on straight lines" in note for note in parts[0].notes)
 
 
 def test_mdf_groups_with_clocks_of_their_own(tmp_path):
@@ -340,7 +340,7 @@ def test_mdf_groups_with_clocks_of_their_own(tmp_path):
         file.append([asammdf.Signal(U[::10], T[::10], unit="kN", name="Kraft")])
         file.save(tmp_path / "a.mf4")
     units, numbers, parts = table(tmp_path / "a.mf4")
-    assert units == {"t": "s", "Weg": "mm", "Soll": "V", "Kraft": "kN"}
+    assert units == {"t": "s", "Weg": "mm", "Soll": "V", "Kraft": "kN", "Kraft, held": "kN"}
     np.testing.assert_allclose(numbers["Weg"], X)
     assert any("resampled" in note for note in parts[0].notes)
 

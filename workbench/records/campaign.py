@@ -17,7 +17,7 @@ from ..base.signals import FURTHER_INPUTS, MEASURED, SIGNALS
 from ..base.table import Table
 from ..base.toml import read_toml
 from ..base.units import Spec
-from .columns import ColumnMap
+from .columns import HELD, LINEAR, ColumnMap
 from .described import described
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
@@ -236,13 +236,14 @@ def _mapped(table: Table, name: str) -> ColumnMap:
     if name == "t" and "period" in table:
         table.allow("period")
         return ColumnMap(period=table.quantity("period", Spec("s", 1e-6, 1e3, "time from row to row")))
-    table.allow("column", "unit", "scale", "clip", "to", "offset")
+    table.allow("column", "unit", "scale", "clip", "to", "offset", "between")
+    between = table.word("between", (HELD, LINEAR), HELD) if "between" in table else None
     column, unit, to = (table.text(key) if key in table else None for key in ("column", "unit", "to"))
     scale = table.number("scale") if "scale" in table else None
     if scale == 0.0:
         raise table.complaint("scale", "is 0; give the factor of the column")
     offset = table.number("offset") if "offset" in table else 0.0
-    return ColumnMap(column, unit, scale, _clip(table) if "clip" in table else None, to, offset)
+    return ColumnMap(column, unit, scale, _clip(table) if "clip" in table else None, to, offset, between=between)
 
 
 def _clip(table: Table) -> tuple[float, float]:

@@ -12,6 +12,8 @@ from ..base.signals import SIGNALS
 from ..base.units import to_si
 from .table import cell_name
 
+HELD, LINEAR = "held", "linear"
+"""How a signal goes between its samples: as a drive holds its command, or on a straight line."""
 _SHOWN = 20  # columns in a message
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 
@@ -28,6 +30,8 @@ class ColumnMap:
     to      unit of scale * number + offset, whatever the unit of the column; None: as under `scale`
     offset  what is added after `scale`, in `to`, or SI where that is absent
     period  of t alone: the time [s] from row to row of a file without a clock
+    between  HELD or LINEAR, between samples that are further apart than the rows: empty cells are filled so; where
+            `import` filled the column in the other way, the one beside it is taken
     """
 
     column: str | None = None
@@ -37,6 +41,7 @@ class ColumnMap:
     to: str | None = None
     offset: float = 0.0
     period: float | None = None
+    between: str | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,7 @@ class Column:
     clip: tuple[float, float] | None
     to: str | None
     offset: float
+    between: str | None = None
 
     def to_si(self, numbers: np.ndarray, si: str) -> np.ndarray:
         """Numbers of the column [n] in the SI unit of its signal."""
@@ -78,11 +84,19 @@ def choose(
         if len(cells) > 1:
             raise InputError(f'{path}: columns {_listed(cells)} are all "{title}"; keep one or map it in [signals]')
         if cells:
-            places[name] = cells[0]
+            filled = beside(cells[0], mapping.get(name, ColumnMap()).between or "")
+            places[name] = filled if filled in header else cells[0]
     _require(path, header, places, mapping)
     columns = {name: _column(path, name, cell, mapping.get(name, ColumnMap())) for name, cell in places.items()}
     used = set(places.values())
-    return columns, [_unused(cell, mapping) for cell in header if cell and cell not in used]
+    other_ways = {beside(cell, way) for cell in header for way in (HELD, LINEAR)}
+    left = [cell for cell in header if cell and cell not in used | other_ways]
+    return columns, [_unused(cell, mapping) for cell in left if not used & {beside(cell, HELD), beside(cell, LINEAR)}]
+
+
+def beside(cell: str, way: str) -> str:
+    """The header cell of what goes another way between its samples than the column of that cell."""
+    return f"{cell}, {way}"
 
 
 def _split(cell: str) -> tuple[str, str | None]:
@@ -114,7 +128,7 @@ def _column(path: Path, name: str, cell: str, mapped: ColumnMap) -> Column:
     if mapped.to is not None and not _fits(where, mapped.to, SIGNALS[name].si):
         raise InputError(f'{where}: to = "{mapped.to}" is no unit of {name}; write one like "{SIGNALS[name].unit}"')
     scale = 1.0 if mapped.scale is None else mapped.scale
-    return Column(cell, None if misfit else unit, scale, mapped.clip, mapped.to, mapped.offset)
+    return Column(cell, None if misfit else unit, scale, mapped.clip, mapped.to, mapped.offset, mapped.between)
 
 
 def _fits(where: str, unit: str, si: str) -> bool:

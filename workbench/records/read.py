@@ -8,7 +8,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.signals import FURTHER_INPUTS, SIGNALS
 from . import repair as mend
-from .columns import ColumnMap, choose
+from .columns import HELD, Column, ColumnMap, choose
 from .record import Record
 from .table import FORMATS, open_table
 
@@ -43,14 +43,16 @@ def read_record(
     t = _clock(mapping or {}, rows.size) if time is None else time.to_si(raw[time.cell], "s")
     t, keep, notes = mend.good_times(path, rows, t, "t" if time is None else time.cell)
     keep, more = mend.from_first(path, rows, keep, raw[command.cell], command.cell)
-    t, rows, notes = t[keep], rows[keep], notes + more
+    values = {column.cell: raw[column.cell] for column in columns.values()}
+    keep, less = mend.shared(path, t, keep, values, FEWEST_ROWS)
+    t, rows, notes = t[keep], rows[keep], notes + more + less
     _refuse_few(path, t.size)
     notes += mend.uneven_times(path, rows, t)
     signals, valid = {}, {}
     for name, column in columns.items():
         values = raw[column.cell][keep]
-        _refuse(path, rows, column.cell, values)
-        filled, known, more = _mended(path, rows, t, name, column.cell, values)
+        _refuse(path, rows, column, values)
+        filled, known, more = _mended(path, rows, t, name, column, values)
         signals[name] = column.to_si(filled, SIGNALS[name].si)
         _refuse_absurd(path, column.cell, signals[name], SIGNALS[name].si)
         valid[name] = known & _inside(column.clip, filled)
@@ -72,13 +74,17 @@ def record_name(path: Path) -> str:
 
 
 def _mended(
-    path: Path, rows: np.ndarray, t: np.ndarray, name: str, cell: str, values: np.ndarray
+    path: Path, rows: np.ndarray, t: np.ndarray, name: str, column: Column, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """The values without NaN, where they were known, and the note on it."""
     known = ~np.isnan(values)
+    if column.between is not None:
+        first = np.arange(values.size) >= np.argmax(known)
+        filled = mend.forward_fill(values) if column.between == HELD else mend.bridged(t, values)
+        return np.where(first, filled, values[known][0]), first, []
     if name in INPUTS:
-        return mend.forward_fill(values), known, mend.missing_cells(path, rows, ~known, cell, "held")
-    return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, cell, "not compared")
+        return mend.forward_fill(values), known, mend.missing_cells(path, rows, ~known, column.cell, "held")
+    return mend.bridged(t, values), known, mend.missing_cells(path, rows, ~known, column.cell, "not compared")
 
 
 def _clock(mapping: Mapping[str, ColumnMap], rows: int) -> np.ndarray:
@@ -103,14 +109,15 @@ def _refuse_few(path: Path, rows: int) -> None:
         raise InputError(f"{path}: only {rows} rows; a record needs at least {FEWEST_ROWS}")
 
 
-def _refuse(path: Path, rows: np.ndarray, cell: str, values: np.ndarray) -> None:
+def _refuse(path: Path, rows: np.ndarray, column: Column, values: np.ndarray) -> None:
+    cell = column.cell
     infinite = np.flatnonzero(np.isinf(values))
     if infinite.size:
         raise InputError(f'{path}: row {rows[infinite[0]]}, column "{cell}": infinite; mend it or leave it empty')
     missing = np.isnan(values)
     if missing.all():
         raise InputError(f'{path}: column "{cell}": every cell is empty; remove the column')
-    if missing.mean() > MOST_MISSING:
+    if missing.mean() > MOST_MISSING and column.between is None:
         where = f'{path}: column "{cell}": {missing.sum()} of {missing.size} cells are empty'
         raise InputError(f"{where}, the first in row {rows[np.argmax(missing)]}; mend it or remove the column")
 

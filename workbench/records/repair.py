@@ -1,5 +1,6 @@
 """What a real bench leaves in its records, and how it is mended; every mend comes with the sentence that says so."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,24 @@ def _without_changes(t: np.ndarray) -> tuple[np.ndarray, list[str]]:
 def _short(value: float, slack: float) -> float:
     """The number of fewest digits within `slack` of a value."""
     return next((n for digits in range(1, 12) if abs((n := float(f"{value:.{digits}g}")) - value) <= slack), value)
+
+
+def shared(
+    path: Path, t: np.ndarray, keep: np.ndarray, columns: Mapping[str, np.ndarray], fewest: int
+) -> tuple[np.ndarray, list[str]]:
+    """`keep` without the rows at the ends in which a column has no value yet, or none any more, where it has them in
+    most rows; and the notes on them."""
+    notes = []
+    for cell, values in columns.items():
+        known = np.flatnonzero(~np.isnan(values) & keep)
+        if known.size == 0 or known[-1] - known[0] + 1 < max(fewest, keep.size / 2):
+            continue  # refused later, as an empty column
+        inside = keep & (np.arange(keep.size) >= known[0]) & (np.arange(keep.size) <= known[-1])
+        if np.any(keep & ~inside):
+            said = f'left out: column "{cell}" has values from {t[known[0]]:.6g} to {t[known[-1]]:.6g} s alone'
+            notes.append(f"{path.name}: {counted(int(np.sum(keep & ~inside)), 'row')} {said}")
+            keep = inside
+    return keep, notes
 
 
 def from_first(

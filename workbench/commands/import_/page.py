@@ -56,8 +56,8 @@ def _row(guess: ColumnGuess) -> dict[str, Any]:
     column = guess.column
     return {
         "column": column.cell, "unit": column.unit, "low": column.low, "high": column.high, "missing": column.missing,
-        "picture": bars(column.sketch), "signal": guess.signal, "confidence": guess.confidence or None,
-        "reason": guess.reason,
+        "between": column.between, "picture": bars(column.sketch), "signal": guess.signal,
+        "confidence": guess.confidence or None, "reason": guess.reason,
     }  # fmt: skip
 
 
@@ -74,11 +74,14 @@ def column_table(guesses: Sequence[ColumnGuess]) -> Table:
     """One line a column."""
     rows = [
         [g.column.cell, g.column.unit, g.column.low, g.column.high, f"{100 * g.column.missing:.2g} %",
-         bars(g.column.sketch), g.signal or "left out", g.confidence or None, g.reason]
+         g.column.between or "every row", bars(g.column.sketch), g.signal or "left out", g.confidence or None, g.reason]
         for g in guesses
     ]  # fmt: skip
-    heads = ["column", "unit", "low", "high", "missing", "picture", "signal", "how sure", "why"]
-    return Table("What each column is taken for", heads, rows)
+    heads = ["column", "unit", "low", "high", "missing", "between samples", "picture", "signal", "how sure", "why"]
+    change = 'To change how a channel goes between its samples, write between = "held" or "linear" in its line of '
+    change += "campaign.toml."
+    slow = any(guess.column.between for guess in guesses)
+    return Table("What each column is taken for", heads, rows, change if slow else "")
 
 
 def bars(values: np.ndarray) -> str:

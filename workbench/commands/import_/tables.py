@@ -10,6 +10,7 @@ from ...base.files import name_problem
 from ...base.signals import SIGNALS
 from ...identify.columns.guess import ColumnGuess
 from ...identify.columns.summary import ColumnSummary, summary
+from ...records.columns import HELD, LINEAR, beside
 from ...records.foreign import Part, column, open_foreign, renamed, write_parts
 from ...records.foreign.open import suffix_of
 from ...records.foreign.unit_names import name_of
@@ -46,8 +47,14 @@ def summaries(parts: Sequence[Part], folder: Path) -> list[ColumnSummary]:
     Raises InputError for a column that has one unit in one file and another in the next.
     """
     units: dict[str, str | None] = {}
+    ways: dict[str, str | None] = {}
     for part in parts:
+        cells = {heading.cell for heading in part.headings}
+        other_ways = {beside(cell, way) for cell in cells for way in (HELD, LINEAR)}
         for heading in part.headings:
+            if heading.cell in other_ways:
+                continue
+            ways[heading.cell] = ways.get(heading.cell) or heading.between
             known = units.setdefault(heading.cell, heading.unit)
             if known != heading.unit:
                 both = f"{known or 'no unit'} in one file and {heading.unit or 'no unit'} in {part.origin}"
@@ -58,7 +65,7 @@ def summaries(parts: Sequence[Part], folder: Path) -> list[ColumnSummary]:
             if any(heading.cell == cell for heading in part.headings):
                 yield part.file, column(folder / part.file, cell)
 
-    return [summary(cell, unit, records(cell)) for cell, unit in units.items()]
+    return [summary(cell, unit, records(cell), ways[cell]) for cell, unit in units.items()]
 
 
 def set_apart(guesses: Sequence[ColumnGuess], parts: Sequence[Part], folder: Path) -> dict[str, str]:

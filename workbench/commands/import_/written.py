@@ -38,7 +38,8 @@ def campaign_text(rig: str, roles: Roles, guesses: Sequence[ColumnGuess], period
     by_signal = {guess.signal: guess for guess in guesses if guess.signal is not None}
     for name, entry in signal_entries(guesses).items():
         guess = by_signal[name]
-        lines.append(f"{_pair(name, _short(entry))}  # {guess.confidence}: {guess.reason}")
+        between = {"between": guess.column.between} if guess.column.between else {}
+        lines.append(f"{_pair(name, _short(entry) | between)}  # {guess.confidence}: {guess.reason}")
     if "t" not in by_signal:
         lines.append(CLOCKLESS if period is None else f't = {{period = "{period:.9g} s"}}  # said above the table')
     left = [guess for guess in guesses if guess.signal is None]

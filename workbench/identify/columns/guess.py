@@ -7,15 +7,16 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...records.columns import ColumnMap
 from ...records.foreign.unit_names import name_of
+from ...records.foreign.vocabulary import SURE, VAGUE, is_filtered, strengths
 from ...rigs.rig import Rig
 from .conversion import Conversion, conversion, fits
 from .summary import ColumnSummary
-from .vocabulary import SURE, VAGUE, is_filtered, strengths
 
 GUESSED = ("t", "command", "reference", "current", "spool", "pa", "pb", "load_pressure", "supply", "position",
            "velocity", "acceleration", "force")  # fmt: skip
 _ALONE = ("position", "velocity", "acceleration", "force")  # told by their unit, where one column alone has it
-_SEVERAL = 0.20  # share of missing cells that the records' reader refuses
+_SEVERAL = 0.20  # share of missing cells between others that the records' reader refuses
+_MOST = 0.50  # of all: less tells no span that all share
 CLEAR, LIKELY = "clear", "likely"
 
 
@@ -37,8 +38,8 @@ class ColumnGuess:
         how = self.conversion
         plain = how.scale == 1.0 and how.offset == 0.0 and how.to == how.unit
         if plain:
-            return ColumnMap(self.column.cell, how.unit)
-        return ColumnMap(self.column.cell, how.unit, how.scale, None, how.to, how.offset)
+            return ColumnMap(self.column.cell, how.unit, between=self.column.between)
+        return ColumnMap(self.column.cell, how.unit, how.scale, None, how.to, how.offset, between=self.column.between)
 
     def turned(self, about: float, reason: str) -> "ColumnGuess":
         """With the other sign about a value [SI], which stays."""
@@ -81,7 +82,7 @@ def _candidates(column: ColumnSummary, rig: Rig, refusals: dict[str, str]) -> li
         how = conversion(column, signal, rig)
         if isinstance(how, str):
             refusals.setdefault(column.cell, f"named like {signal}, but {how}")
-        elif column.missing > _SEVERAL:
+        elif column.gaps > _SEVERAL or column.missing > _MOST:
             refusals[column.cell] = f"named like {signal}, but {column.missing:.0%} of its cells are empty"
         elif strength > VAGUE or how.is_sure or column.unit is not None:
             candidates.append(_Candidate(column, signal, strength, how))

@@ -8,6 +8,7 @@ matlab, hdf5, nested, labels    structures: what lies beside a clock belongs to 
 rpc           drive files and responses of test rigs
 tdms, mdf, xlsx, uff, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock
+vocabulary    what a column's name says, in English, German and French
 stamps, origin    dates, times of day and counts since an epoch; the clock of a file as seconds from its first row
 unit_names    units as header cells have them
 parts         strict .parquet tables of a foreign file

@@ -1,19 +1,27 @@
-"""Channels with clocks of their own on one clock: the fastest; the others on straight lines between their samples."""
+"""Channels with clocks of their own on one clock, the fastest: between its samples a channel is held, or drawn."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..columns import HELD, LINEAR, beside
+from ..repair import continuous
 from .source import Heading, Source, unique_headings
+from .stamps import DAY, NOTHING, SECOND, count_of, counted
+from .unit_names import name_of
+from .vocabulary import strengths
 
 _SAME = 1e-3  # of a period: clocks that differ by less are one
+_UNEVEN, _MOST_UNEVEN = 0.5, 0.2  # by which an interval differs from the median; share of them of an even clock
+_WRITTEN = ("command", "reference")  # by a drive, which holds them
 CLOCK = Heading("t", "s")
 
 
 @dataclass(frozen=True)
 class Group:
-    """Channels [n] that were sampled together; `t` [n] s is their clock, None where it is not told.
+    """Channels [n] that were sampled together; `t` [n] is their clock: s of the file's own [float] or ns since 1970
+    [int64], None where it is not told.
 
     has_clock_column: one of the channels is that clock already.
     """
@@ -31,14 +39,22 @@ class Group:
 
     @property
     def period(self) -> float:
-        """Median interval, s, of a group with a clock."""
+        """Median interval, s, of a group with a clock in s."""
         assert self.t is not None
         return float(np.median(np.diff(self.t)))
+
+    def at(self, t: np.ndarray) -> "Group":
+        """The group with its clock [n] in s, the column of it too."""
+        pairs = [
+            (Heading(heading.cell, "s"), t) if values is self.t else (heading, values)
+            for heading, values in zip(self.headings, self.values, strict=True)
+        ]
+        return replace(self, headings=tuple(h for h, _ in pairs), values=tuple(v for _, v in pairs), t=t)
 
 
 def on_one_clock(groups: Sequence[Group], notes: list[str]) -> Source:
     """All channels side by side. Those of a group without a clock that is not of the others' length are left out."""
-    groups = [group for group in groups if group.rows > 1]
+    groups = _mended(_from_one_origin([group for group in groups if group.rows > 1], notes), notes)
     if not groups:
         return Source((), iter(()), None, notes)
     timed = [group for group in groups if group.t is not None]
@@ -57,26 +73,109 @@ def _size(group: Group) -> int:
     return group.rows * len(group.values)
 
 
+def _from_one_origin(groups: Sequence[Group], notes: list[str]) -> list[Group]:
+    """The groups with clocks in s: those that tell the date from where the first of them begins."""
+    dated = [None if group.t is None else _since_1970(group.t) for group in groups]
+    begun = {k: int(ns[ns != NOTHING][0]) for k, ns in enumerate(dated) if ns is not None and np.any(ns != NOTHING)}
+    if not begun:
+        return list(groups)
+    first = min(begun, key=lambda k: begun[k])
+    moved = list(groups)
+    for k, start in begun.items():
+        ns = dated[k]
+        assert ns is not None
+        moved[k] = groups[k].at(np.where(ns == NOTHING, np.nan, (ns - begun[first]) / SECOND))
+        if start > begun[first]:
+            late = (start - begun[first]) / SECOND
+            notes.append(f"{groups[k].name}: begins {late:.9g} s after {groups[first].name}, as the file says")
+    others = [g.name for k, g in enumerate(groups) if g.t is not None and k not in begun]
+    if others:
+        notes.append(f"{', '.join(others)}: no date beside {groups[first].name}; taken to begin with it")
+    return moved
+
+
+def _since_1970(t: np.ndarray) -> np.ndarray | None:
+    """A clock in ns since 1970 [n], where it tells the date."""
+    if t.dtype.kind == "i":
+        return t
+    count = count_of(t, None)
+    if count is None:
+        return None
+    start = t[np.isfinite(t)][0]
+    ns = counted(t, count, start)
+    return np.where(ns == NOTHING, NOTHING, ns + int(start * count.ns) + int(count.zero * DAY))
+
+
+def _mended(groups: Sequence[Group], notes: list[str]) -> list[Group]:
+    """The groups that have a clock that goes on, or none; what was mended or left out is noted."""
+    kept = []
+    for group in groups:
+        if group.t is None:
+            kept.append(group)
+            continue
+        t, said = continuous(group.t)
+        notes += [f"{group.name}: {each}" for each in said]
+        rising = np.concatenate(([True], t[1:] > np.fmax.accumulate(t)[:-1]))
+        if 2 * np.sum(rising) < t.size or np.sum(rising) < 2:
+            notes.append(f"left out, time stamps that repeat or run backwards: {group.name}, {_listed(group)}")
+            continue
+        if not rising.all():
+            notes.append(f"{group.name}: {np.sum(~rising)} rows left out whose time stamps repeat or run backwards")
+        own = group.at(t) if said else group
+        values = tuple(t[rising] if each is own.t else each[rising] for each in own.values)
+        place = next((k for k, each in enumerate(own.values) if each is own.t), None)
+        kept.append(replace(own, values=values, t=t[rising] if place is None else values[place]))
+    return kept
+
+
+def _listed(group: Group) -> str:
+    return ", ".join(f'"{heading.cell}"' for heading in group.headings[:5])
+
+
 def _joined(group: Group, lead: Group, notes: list[str]) -> list[tuple[Heading, np.ndarray]]:
     """The channels of a group on the clock of another."""
     own = [pair for pair in zip(group.headings, group.values, strict=True) if pair[1] is not group.t]
     if group.t is None or lead.t is None:
         if group.rows == lead.rows:
             return own
-        listed = ", ".join(f'"{heading.cell}"' for heading in group.headings[:5])
-        notes.append(f"left out, {group.rows} values without a clock beside {lead.rows} rows: {listed}")
+        notes.append(f"left out, {group.rows} values without a clock beside {lead.rows} rows: {_listed(group)}")
         return []
-    if _is_same(group.t, lead.t):
-        return own
-    rates = f"{1 / group.period:.4g} Hz to {1 / lead.period:.4g} Hz"
-    notes.append(f"{group.name}: resampled from {rates}, on straight lines between its samples")
-    return [(heading, _resampled(lead.t, group.t, values)) for heading, values in own]
+    nearest = np.clip(np.searchsorted(group.t, lead.t - lead.period / 2), 0, group.rows - 1)
+    inside = (lead.t >= group.t[0] - _SAME * lead.period) & (lead.t <= group.t[-1] + _SAME * lead.period)
+    if np.all(np.abs(group.t[nearest] - lead.t)[inside] <= _SAME * lead.period):  # a sample in every row
+        return [(heading, np.where(inside, values[nearest], np.nan)) for heading, values in own]
+    return [each for heading, values in own for each in _resampled(heading, values, group, lead, notes)]
 
 
-def _is_same(t: np.ndarray, other: np.ndarray) -> bool:
-    return t.size == other.size and bool(np.max(np.abs(t - other)) <= _SAME * np.median(np.diff(other)))
+def _resampled(
+    heading: Heading, values: np.ndarray, group: Group, lead: Group, notes: list[str]
+) -> list[tuple[Heading, np.ndarray]]:
+    """A channel at the rows of another clock in the way that it goes between its samples, and in the other way beside
+    it; NaN where it has no sample yet, or none any more that says more than the last."""
+    assert group.t is not None
+    assert lead.t is not None
+    way, reason = _between(heading, values, group.t)
+    other = LINEAR if way == HELD else HELD
+    last = np.searchsorted(group.t, lead.t + _SAME * lead.period, side="right") - 1
+    held = np.where(last < 0, np.nan, values[np.maximum(last, 0)])
+    both = {HELD: held, LINEAR: np.interp(lead.t, group.t, values, left=np.nan, right=np.nan)}
+    how = "held" if way == HELD else "on straight lines"
+    rates = f"resampled from {1 / group.period:.4g} Hz to {1 / lead.period:.4g} Hz"
+    notes.append(f"{heading.cell}: {rates}, {how} between its samples{reason}")
+    return [
+        (replace(heading, between=way), both[way]),
+        (Heading(beside(heading.cell, other), heading.unit, other), both[other]),
+    ]
 
 
-def _resampled(t: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values at t [n]; NaN outside their own time, and where one of the two neighbours is missing."""
-    return np.interp(t, own, values, left=np.nan, right=np.nan)
+def _between(heading: Heading, values: np.ndarray, t: np.ndarray) -> tuple[str, str]:
+    """How a channel goes between its samples, and why."""
+    steps = np.diff(t)
+    if set(strengths(name_of(heading.cell))) & set(_WRITTEN):
+        return HELD, " as a drive does"
+    if np.mean(np.abs(steps / np.median(steps) - 1) > _UNEVEN) > _MOST_UNEVEN:
+        return HELD, " as it is logged on change"
+    known = values[np.isfinite(values)]
+    if known.size and np.array_equal(known, np.rint(known)):
+        return HELD, " as whole numbers are"
+    return LINEAR, ""

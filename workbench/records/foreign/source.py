@@ -1,7 +1,7 @@
 """What every foreign format is read into: headed columns of numbers, block by block."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,10 +11,14 @@ UNREAD = "left out, no numbers"
 
 @dataclass(frozen=True)
 class Heading:
-    """A column: its header cell as the file has it, and the unit of its numbers where the file says one."""
+    """A column: its header cell as the file has it, and the unit of its numbers where the file says one.
+
+    between: how it was filled between samples that are further apart than the rows, "held" or "linear"
+    """
 
     cell: str
     unit: str | None = None
+    between: str | None = None
 
 
 @dataclass(frozen=True)
@@ -40,5 +44,5 @@ def unique_headings(headings: Sequence[Heading]) -> tuple[Heading, ...]:
         while cell in cells:
             again += 1
             cell = f"{plain} #{again}"
-        cells[cell] = Heading(cell, heading.unit)
+        cells[cell] = replace(heading, cell=cell)
     return tuple(cells.values())

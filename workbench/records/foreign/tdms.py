@@ -28,18 +28,26 @@ def read_tdms(path: Path) -> Source:
 
 def _groups(group: "TdmsGroup") -> list[Group]:
     """Channels of one length and clock together."""
-    alike: dict[tuple[int, float, float], list[TdmsChannel]] = {}
+    alike: dict[tuple[int, int | None, float, float], list[TdmsChannel]] = {}
     for channel in group.channels():
         if len(channel) > 1 and np.dtype(channel.dtype).kind in "iufbM":
             start, step = (float(channel.properties.get(f"wf_{key}", 0.0)) for key in ("start_offset", "increment"))
-            alike.setdefault((len(channel), start, step), []).append(channel)
-    return [_group(group.name, channels, start, step) for (_, start, step), channels in alike.items()]
+            alike.setdefault((len(channel), _date(channel), start, step), []).append(channel)
+    return [_group(group.name, alike[rows, date, start, step], date, start, step) for rows, date, start, step in alike]
 
 
-def _group(name: str, channels: "list[TdmsChannel]", start: float, step: float) -> Group:
+def _date(channel: "TdmsChannel") -> int | None:
+    """When a waveform begins, ns since 1970."""
+    told = channel.properties.get("wf_start_time")
+    return None if told is None else int(np.datetime64(told, "ns").astype(np.int64))
+
+
+def _group(name: str, channels: "list[TdmsChannel]", date: int | None, start: float, step: float) -> Group:
     values = tuple(_numbers(channel) for channel in channels)
     headings = tuple(_heading(channel) for channel in channels)
     t = start + step * np.arange(values[0].size) if step > 0 else None
+    if t is not None and date:
+        t = date + np.rint(1e9 * t).astype(np.int64)
     stamps = [v for channel, v in zip(channels, values, strict=True) if np.dtype(channel.dtype).kind == "M"]
     return Group(name, headings, values, stamps[0] if stamps else t, bool(stamps))
 
@@ -47,7 +55,7 @@ def _group(name: str, channels: "list[TdmsChannel]", start: float, step: float) 
 def _numbers(channel: "TdmsChannel") -> np.ndarray:
     values = np.asarray(channel[:])
     if values.dtype.kind == "M":
-        return (values - values[0]).astype("m8[ns]").astype(float) * 1e-9
+        return values.astype("M8[ns]").astype(np.int64)
     return values.astype(float)
 
 
