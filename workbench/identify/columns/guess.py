@@ -118,6 +118,8 @@ def _assigned(candidates: Sequence[_Candidate]) -> tuple[dict[str, _Candidate], 
     while left:
         rank = left[0].rank
         level = [each for each in left if each.rank == rank]
+        clocks = [each for each in level if each.signal == "t"]
+        level = [each for each in level if each not in clocks[1:]]  # of clocks any one does: the first
         for each in level:
             rivals = [o for o in level if o.signal == each.signal and o.column.cell != each.column.cell]
             also = [o for o in level if o.column.cell == each.column.cell and o.signal != each.signal]
