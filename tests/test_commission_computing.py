@@ -1,9 +1,12 @@
 """A commissioning computes no longer than it may: a trace that is out of time says what it has, and names less."""
 
+import time
+
 import pytest
 from made_campaigns import LIBRARY, rubbing_campaign
 
 from workbench.base.checkpoint import OutOfTime
+from workbench.base.process_pool import process_pool
 from workbench.cli import main
 from workbench.commands.commission.rounds import sentence
 from workbench.commands.common.outcome import no_checkpoint
@@ -46,13 +49,33 @@ def whole():
 def test_a_trace_that_is_out_of_time_names_nothing_that_it_has_not_judged(whole):
     told, stages = whole
     assert (told.verdict, told.effects) == ("named", ("jack.friction",))
-    looks = iter(range(len(stages)))
-    refit = next(place for place, name in enumerate(stages) if name.startswith("refit-1"))
-    cut, fewer = answer(lambda: next(looks) >= refit)
+    assert "finished" not in told.outcome.metrics
+    cut, fewer = answer(ends(stages, "refit-1"))
     assert (cut.verdict, cut.effects) == ("unknown", ())
     assert cut.chi2["before"] == pytest.approx(told.chi2["before"])
     assert not [name for name in fewer if name.startswith("refit-1")]
-    assert "no known effect explains" in sentence(cut)
+    assert sentence(cut).startswith("Not finished: ")
+    assert "no effect that was tried explains" in sentence(cut)
+
+
+def test_a_trace_that_is_out_of_time_keeps_what_it_has_found(whole):
+    """The effect whose fit explained all is named, though the time was over before its rivals were fitted."""
+    told, stages = whole
+    cut, fewer = answer(ends(stages, "refit-1", after=1))
+    assert "without-1" not in fewer
+    assert (cut.verdict, cut.effects) == ("named", ("jack.friction",))
+    assert cut.outcome.metrics["finished"] is False
+    assert sentence(cut).startswith("Not finished: ")
+    assert "No other effect comes near" not in sentence(cut)
+    assert cut.chi2["after"] == pytest.approx(told.chi2["after"], rel=0.02)
+    assert [use.name for use in cut.rig.effects] == ["jack.friction"]
+
+
+def ends(stages, name, after=0):
+    """Whether the time is over, where it ends before a stage, or so many stages after it."""
+    timed = [each for each in stages if each != "localise"]
+    looks, end = iter(range(len(stages))), next(k for k, each in enumerate(timed) if each.startswith(name)) + after
+    return lambda: next(looks) >= end
 
 
 def test_a_trace_that_may_not_even_fit_the_rig_says_so():
@@ -79,6 +102,27 @@ def test_time_in_which_the_rig_plays_does_not_count():
         pass
     assert late()
     assert computing.cut == ["the trace of round 1"]
+
+
+def test_a_busy_machine_takes_none_of_the_time_and_workers_do():
+    """Time goes by in which nothing is computed; two processes compute twice as much as one."""
+    computing = Computing(10.0)
+    time.sleep(0.3)
+    assert computing.spent < 0.2
+    with process_pool(2, burning) as work:
+        work({"a": 0.5, "b": 0.5}, no_checkpoint, lambda _: None)
+    assert 1.0 <= computing.spent < 30.0
+
+
+def burning():
+    """A worker's work: so many seconds of CPU time."""
+
+    def burn(seconds):
+        end = time.process_time() + seconds
+        while time.process_time() < end:
+            pass
+
+    return burn
 
 
 def test_too_short_a_time_is_refused(capsys, tmp_path):

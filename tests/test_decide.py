@@ -9,10 +9,10 @@ from scipy.signal import lfilter
 
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.trace import rule as decide
-from workbench.identify.trace.rule import Judgement, bic_fall, chance, explained, gate, misfit, named, passes
+from workbench.identify.trace.rule import Judgement, accident, bic_fall, chance, explained, gate, misfit, named
 from workbench.records import Campaign, Record
 
-GOOD = Judgement("jack.friction", "coulomb", 0.95, 1.03, 1, True, "jack.friction")
+GOOD = Judgement("jack.friction", "coulomb", 0.95, 1.03, 1, "", "jack.friction")
 
 
 def test_the_gate_is_5_percent_or_four_deviations_of_chi2_itself():
@@ -73,9 +73,9 @@ def test_where_nothing_is_missing_nothing_is_explained():
 def test_more_numbers_have_to_earn_their_place():
     assert bic_fall(1000, 900, 0, 5000) == 100
     assert bic_fall(1000, 900, 3, 5000) == pytest.approx(100 - 3 * np.log(5000))
-    assert passes(2000, 1000, 10.1, 1.0, 39)
-    assert not passes(2000, 1000, 9.9, 1.0, 39)
-    assert not passes(2000, 1000, 10.1, 2.0, 39)  # coloured noise: half the independent samples
+    assert not accident(2000, 1000, 10.1, 1.0, 39)
+    assert accident(2000, 1000, 9.9, 1.0, 39)
+    assert accident(2000, 1000, 10.1, 2.0, 39)  # coloured noise: half the independent samples
 
 
 def test_the_chance_counts_every_candidate_and_coloured_noise():
@@ -83,14 +83,14 @@ def test_the_chance_counts_every_candidate_and_coloured_noise():
     assert chance(100.0, 93.4, 1.0, 1) == pytest.approx(0.005, abs=2e-4)
     assert chance(100.0, 93.4, 1.0, 39) == pytest.approx(39 * chance(100.0, 93.4, 1.0, 1))
     assert chance(100.0, 100.0, 1.0, 39) == 1.0
-    assert not passes(100.0, 93.4, 1e3, 1.0, 39)
-    assert passes(100.0, 86.0, 1e3, 1.0, 39)
-    assert not passes(100.0, 86.0, 1e3, 2.0, 39)
+    assert accident(100.0, 93.4, 1e3, 1.0, 39)
+    assert not accident(100.0, 86.0, 1e3, 1.0, 39)
+    assert accident(100.0, 86.0, 1e3, 2.0, 39)
 
 
 def test_what_harms_or_fails_never_passes():
-    assert not passes(1000, 1001, 1e6, 1.0, 1)
-    assert not passes(1000, np.inf, 1e6, 1.0, 1)
+    assert accident(1000, 1001, 1e6, 1.0, 1)
+    assert accident(1000, np.inf, 1e6, 1.0, 1)
 
 
 def test_an_effect_is_named_from_80_percent_or_at_the_noise():
@@ -98,7 +98,7 @@ def test_an_effect_is_named_from_80_percent_or_at_the_noise():
     assert named([replace(GOOD, explained=0.80, chi2=3.0)])
     assert not named([replace(GOOD, explained=0.79, chi2=3.0)])
     assert named([replace(GOOD, explained=0.5, chi2=1.04)])  # a faint misfit: what is left is noise
-    assert not named([replace(GOOD, passes=False)])
+    assert not named([replace(GOOD, against="by chance")])
     assert named([]) == []
 
 
@@ -125,12 +125,12 @@ def test_a_lead_that_noise_gives_names_nothing():
 
 def test_a_neighbour_is_excluded_where_it_leaves_twice_what_the_name_leaves():
     """What is left shows that the formula is not the rig's: another one of a neighbour might do as well."""
-    lag = Judgement("drive.lag", "two poles", 0.95, 1.2, 2, True, "drive timing")
-    delay = Judgement("drive.delay", "shift", 0.91, 1.4, 1, True, "drive timing")
+    lag = Judgement("drive.lag", "two poles", 0.95, 1.2, 2, "", "drive timing")
+    delay = Judgement("drive.delay", "shift", 0.91, 1.4, 1, "", "drive timing")
     assert named([lag, delay]) == [lag, delay]  # the better one first, although it has more numbers
     assert named([lag, replace(delay, explained=0.89)]) == [lag]
     assert named([lag, replace(delay, kin="another")]) == [lag]
-    assert named([lag, replace(delay, passes=False)]) == [lag]
+    assert named([lag, replace(delay, against="by chance")]) == [lag]
     exact = replace(lag, explained=1.0)  # nothing is left: the likelihood decides
     assert named([exact, replace(delay, explained=0.98)]) == [exact]
 

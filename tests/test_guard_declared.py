@@ -1,6 +1,7 @@
 """Rules of the guard that act where a rig declares them: following error, deadline; and signals that are lost."""
 
 import re
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,6 +110,12 @@ class Slow:
         pass
 
 
+def burn(seconds):
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
 class ClockedLoop(SampledLoop):
     """A loop on the clock of its controller."""
 
@@ -135,6 +142,19 @@ def test_a_controller_that_misses_its_deadline_trips():
 @pytest.mark.parametrize("times", [[0.5], [8e-4] * 20])  # the first sample may take any time
 def test_a_controller_in_time_does_not_trip(times):
     assert clocked(with_deadline(8e-4), times).tripped is None
+
+
+@pytest.mark.parametrize(("waits", "trips"), [(time.sleep, False), (burn, True)])
+def test_a_deadline_bounds_computing_not_the_clock_of_a_busy_machine(waits, trips):
+    """A simulation that another process holds up for 50 ms has computed nothing."""
+
+    class Waiting(Slow):
+        def compute(self, reference, measurement):
+            waits(0.05)
+            return 0.1
+
+    run = SampledLoop(ENGINE, with_deadline(2e-2), Waiting([]), REST).run(np.zeros(3))
+    assert ("missed its deadline" in (run.tripped or "")) == trips
 
 
 def test_without_a_deadline_any_time_will_do():

@@ -75,7 +75,7 @@ def test_the_page_of_any_sheets_is_drawn(data):
     ]
     tried = tuple(
         SheetCandidate(effect, Judgement(effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), draw(
-            st.sampled_from((0.9, np.inf))), 1, draw(st.booleans()), effect.kin), fit)
+            st.sampled_from((0.9, np.inf))), 1, draw(st.sampled_from(("", MARKUP))), effect.kin), fit)
         for fit in odd[1:] for effect in fit.model.effects
     )  # fmt: skip
     effects = tried[: draw(st.integers(0, 1))]
@@ -138,9 +138,8 @@ def test_the_page_of_any_trace_of_a_pump_is_drawn(data):
     tried = []
     for k in range(len(some)):
         fitted_model, effect = pump_fit(draw, tuple(some[: k + 1])), some[k].effect
-        judged = Judgement(
-            effect.name, effect.formula, draw(st.sampled_from((0.0, 0.7, 1.7))), 1.1, 1, draw(st.booleans()), effect.kin
-        )
+        share, against = draw(st.sampled_from((0.0, 0.7, 1.7))), draw(st.sampled_from(("", MARKUP)))
+        judged = Judgement(effect.name, effect.formula, share, 1.1, 1, against, effect.kin)
         failed = draw(st.integers(0, 4)) == 0
         tied = tuple(draw(st.lists(st.sampled_from([each.effect.name for each in some]), max_size=1)))
         tried.append(

@@ -5,12 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from workbench.base.errors import InputError
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
 from workbench.identify.fit import mistaken
+from workbench.identify.fit.late import Lags, earlier
 from workbench.identify.fit.mistaken import check_columns
+from workbench.identify.fit.rehearsal import Rehearsal, Tried
 from workbench.identify.fit.unfelt import unfelt_force
 from workbench.identify.trace import estimation_problem
 from workbench.records import load_campaign
@@ -43,7 +46,10 @@ def test_columns_that_are_what_they_are_called_pass(sample, rig):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda s: {"pa": s["pb"], "pb": s["pa"]}, "pa and pb look swapped: chi2 of jack-10t as declared falls from"),
+        (
+            lambda s: {"pa": s["pb"], "pb": s["pa"]},
+            "pa and pb look swapped: chi2 of jack-10t, fitted to a few windows, .* exchange the two",
+        ),
         (lambda s: {"command": -s["command"]}, "the sign of command looks wrong"),
         (lambda s: {"position": -s["position"]}, "the sign of position looks wrong"),
         (lambda s: {"spool": -s["spool"]}, "the sign of spool looks wrong"),
@@ -89,11 +95,95 @@ def test_a_turned_command_has_to_make_the_jack_follow_however_near_one_at_rest_i
     monkeypatch, sample, rig, turned, wrong
 ):
     """A pump whose command is turned stands still, which beats a model that is far off in its phase."""
-    likeness, chi2 = iter([({"position": 0.8}, {"position": 1.0}), (turned, {})]), iter([700.0, 100.0])
+    likeness = iter([({"position": 0.8}, {"position": 1.0}), (turned, {}), (turned, {})])
+    chi2 = iter([700.0, 100.0])
+    still = Lags(("position",), np.array([-1e-3, 0.0, 1e-3]), np.array([[0.7], [0.8], [0.7]]))
     monkeypatch.setattr(mistaken, "_likeness", lambda *_: next(likeness))
-    monkeypatch.setattr(mistaken, "_chi2", lambda *_: next(chi2))
+    monkeypatch.setattr(mistaken, "lags_of", lambda *_: still)
+    monkeypatch.setattr(Rehearsal, "fit", lambda *_: Tried(next(chi2), np.zeros(0), np.zeros(0)))
     found = mistaken.mistaken(sample, rig, scored_floor(sample, rig))
     assert (found is not None and found.words == "the sign of command looks wrong") == wrong
+
+
+def late(shifts, swap=False):
+    """A record of which signals are late [s]; the pressures may have changed places too."""
+
+    def change(record):
+        moved = earlier(record, {name: -shift for name, shift in shifts.items()})
+        swapped = {"pa": moved.signals["pb"], "pb": moved.signals["pa"]} if swap else {}
+        return replace(moved, signals={**moved.signals, **swapped})
+
+    return change
+
+
+def made_late(campaign, change):
+    return replace(campaign, **{role: tuple(map(change, getattr(campaign, role))) for role in ("train", "heldout")})
+
+
+@pytest.mark.parametrize(
+    ("shifts", "words"),
+    [
+        (dict.fromkeys(("pa", "pb", "acceleration"), 7e-3), "pa, pb and acceleration look 7 ms late"),
+        ({"position": -4e-3}, "position looks 4 ms early"),
+    ],
+)
+def test_what_another_logger_records_later_is_named_as_late(sample, rig, shifts, words):
+    wrong = made_late(sample, late(shifts))
+    with pytest.raises(InputError, match=f"{words}.*; shift"):
+        check_columns(wrong, rig, scored_floor(wrong, rig))
+
+
+BENCH = Path(__file__).parents[2] / "shared" / "bench"
+
+
+@pytest.mark.skipif(not BENCH.exists(), reason="the benches lie outside the project")
+@pytest.mark.parametrize("name", ["clean", "gap", "rate", "hystns", "aa", "late"])
+def test_only_the_second_logger_of_the_benches_is_diagnosed(name):
+    """A clearance, a rate limit, hysteresis and a filter are no mistaken columns; half a swing late is no exchange."""
+    campaign = load_campaign(BENCH / name)
+    rig = load_rig(campaign.rig)
+    found = mistaken.mistaken(campaign, rig, scored_floor(campaign, rig))
+    if name != "late":
+        assert found is None
+        return
+    assert found is not None
+    assert "pa, pb and acceleration look 7 ms late" in found.told(rig.name)
+    assert "exchange" not in found.remedy
+    assert (found.chi2 or (np.inf, np.inf))[1] < 1.1
+
+
+@pytest.mark.skipif(not BENCH.exists(), reason="the benches lie outside the project")
+def test_a_second_logger_with_two_pressures_exchanged_is_named_as_both():
+    """Half a swing late and exchanged, they move nearly as predicted."""
+    campaign = load_campaign(BENCH / "clean")
+    rig = load_rig(campaign.rig)
+    wrong = made_late(campaign, late(dict.fromkeys(("pa", "pb", "acceleration"), 7e-3), swap=True))
+    with pytest.raises(InputError, match=r"look 7 ms late.* and pa and pb look swapped.*; shift .*; exchange the two"):
+        check_columns(wrong, rig, scored_floor(wrong, rig))
+
+
+def test_what_nothing_cures_is_no_order(sample, rig):
+    """Pressures that move against their predictions and as much with a hum that nothing explains."""
+
+    def change(s):
+        hum = np.sin(2 * np.pi * 7.0 * 1e-3 * np.arange(len(s["pa"])))
+        about = {name: (np.mean(s[name]), s[name] - np.mean(s[name])) for name in ("pa", "pb")}
+        return {name: mean - 0.5 * moves + 0.8 * np.std(moves) * hum for name, (mean, moves) in about.items()}
+
+    wrong = changed(sample, change)
+    with pytest.raises(InputError, match="none of which cures it") as told:
+        check_columns(wrong, rig, scored_floor(wrong, rig))
+    assert "exchange the two columns" not in str(told.value)
+
+
+def test_a_pressure_line_is_no_second_logger(sample, rig):
+    """What an effect explains is traced, not refused: transducers that lag behind their lines."""
+
+    def lagging(s):
+        return {name: lfilter([0.2], [1, -0.8], s[name] - s[name][0]) + s[name][0] for name in ("pa", "pb")}
+
+    wrong = changed(sample, lagging)
+    assert mistaken.mistaken(wrong, rig, scored_floor(wrong, rig)) is None
 
 
 def test_a_static_record_that_moves_is_refused(sample):

@@ -252,7 +252,7 @@ def test_where_no_score_explains_anything_more_names_are_fitted_those_with_memor
         with trace_context(problem, [spring, lugre], no_checkpoint, lambda _: None, several=False) as context:
             refits = _Refits(context, 1, alone, alone, NAMED)
             lost, told = ([pair[0].effect.name for pair in refits._planned(each, {})] for each in (ranked, sure))
-            explains = Judgement("plain.2", "linear", 1.0, 1.0, 1, True, "")
+            explains = Judgement("plain.2", "linear", 1.0, 1.0, 1, "", "")
             tried = {plain[2].effect.title: CandidateFit(plain[2], 0.028, explains, alone)}
             then = [pair[0].effect.name for pair in refits._planned(ranked, tried)]
     assert lost == [*(f"plain.{k}" for k in range(5)), "jack.friction"]

@@ -144,7 +144,7 @@ def test_an_effect_with_memory_whose_partners_were_tried_is_in_no_further_pair()
         search = Pass(base, (), (), np.zeros((0, 0)), (((spring, first.candidate), 0.9),), (), ())
         context = replace(context, stage=lambda name, _: pytest.fail(f"{name} is fitted"))
         assert refit_pairs(context, search, first) == ()
-        judged = replace(first, judgement=replace(first.judgement, passes=True, explained=0.5))
+        judged = replace(first, judgement=replace(first.judgement, against="", explained=0.5))
         found = SearchResult(base, (), None, (replace(search, tried=(judged,)),))
         assert [start.known for start, _ in _nearest(found)] == [()]  # nor is a shape sought beside it
 

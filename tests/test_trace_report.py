@@ -15,6 +15,7 @@ from workbench.commands.trace.effect_words import EFFECT
 from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, trace_page
+from workbench.commands.trace.reasons import reason
 from workbench.commands.trace.shape_page import shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.found.detectability import undetectable
@@ -22,6 +23,7 @@ from workbench.identify.found.missing_shape import UnexplainedDisturbance, missi
 from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, find
 from workbench.plant.effects import LIBRARY as WHOLE
+from workbench.plant.effects.declared import effects_for
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
 from workbench.report.chart import chart
 from workbench.report.still import still_picture
@@ -61,7 +63,8 @@ def test_numbers_for_whole_records_are_offered_where_windows_gave_them():
 
 def test_an_unknown_names_equation_signal_and_what_to_record():
     said = unknown().page.verdict
-    assert said.startswith("Something is missing in the motion of the load that no known effect explains")
+    start = "Something is missing in the motion of the load that no effect that was tried explains"  # one is left out
+    assert said.startswith(start)
     assert "The missing force on the load goes with " in said
     assert "record slow triangles" in said
 
@@ -175,6 +178,10 @@ def test_a_number_that_left_its_range_is_a_warning():
 def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
     said = words.verdict(altered(verdict="none", effects=()), None, None)
     assert "Check the noise floor" in said
+    before = replace(found().heldout[0], squares=found().heldout[2].squares)
+    said = words.verdict(altered(verdict="none", effects=(), heldout=(before,) * 3), None, None)
+    assert "Check the noise floor" not in said  # they are at it
+    assert "what more the other records leave" in said
 
 
 def test_there_are_words_for_everything():
@@ -200,20 +207,47 @@ def test_candidates_are_ranked_with_what_the_rule_says():
 
 
 @pytest.mark.parametrize(
-    ("judged", "chi2", "said"),
+    ("judged", "said"),
     [
-        ({"passes": True, "explained": 0.5}, None, "real, but explains less than 80 %"),
-        ({"passes": True, "explained": 0.9}, None, "another formula explains more"),
-        ({"passes": False}, 1.5, "the error where nothing was fitted does not fall"),
-        ({"passes": False}, None, "the gain where nothing was fitted may be chance"),
+        ({"explained": 0.5}, "real, but explains less than 80 %"),
+        ({"explained": 0.9}, "another formula explains more"),
+        ({"explained": 1.0}, "another formula explains as much with fewer numbers"),
+        ({"against": "its fit takes it away again"}, "its fit takes it away again"),
     ],
 )
-def test_the_rule_says_why_not(judged, chi2, said):
+def test_the_rule_says_why_not(judged, said):
     (each,) = found().passes
     one = each.accepted[0]
-    model_fit = one.model_fit if chi2 is None else replace(one.model_fit, selection=each.before.selection)
-    other = replace(one, model_fit=model_fit, judgement=replace(one.judgement, chi2=2.0, **judged))
-    assert words.reason(found(), each, other) == said
+    other = replace(one, judgement=replace(one.judgement, chi2=2.0, **judged))
+    assert reason(found(), each, other) == said
+
+
+def test_an_effect_that_was_not_added_is_as_good_as_none():
+    """The rule accepted it, and held-out records, another family or its size spoke against it."""
+    (each,) = found().passes
+    one = each.accepted[0]
+    refuted = altered(verdict="unknown", effects=(), refuted=(one,))
+    assert "the held-out records do not bear it out" in reason(refuted, each, one)
+    nothing = altered(verdict="unknown", effects=())
+    assert reason(nothing, each, one) == "real, but takes away too little of what the rig alone misses"
+    said = words.verdict(nothing, None, None)
+    assert "of it: real, but takes away too little" in said
+    assert "only 100.0 %" not in said
+    other = replace(one, judgement=replace(one.judgement, name="drive.delay", kin="drive timing"))
+    alike = replace(each, accepted=(one, other), tried=(one, other))
+    assert reason(nothing, alike, one) == "an effect of another family explains as much"
+
+
+def test_only_what_the_user_took_out_is_said_to_be_taken_out():
+    rig = found().problem.rig
+    able = effects_for(rig)
+    rows = dict(untested_table(found(), able).rows)
+    assert rows
+    assert set(rows.values()) == {f"a {rig.valve} valve has no place for it"}
+    assert not {effect.name for effect in able} & set(rows)
+    fewer = effects_for(rig, without=["jack.friction"])
+    rows = dict(untested_table(found(), fewer).rows)
+    assert [name for name, why in rows.items() if "--without" in why] == ["jack.friction"]
 
 
 def test_the_rule_s_questions_are_answered():

@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, partial
 from threading import Lock, Thread
+from time import process_time
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -20,6 +21,33 @@ Jobs = int | Cluster  # worker processes of this machine, or those of a cluster
 ProcessPool = Callable[[Mapping[str, A], Stage, Callable[[B], None]], list[B]]
 
 _work: Callable[[], Callable[[Any], Any]]  # of a worker process: made at its first item
+_told = 0.0  # s: of a worker process's CPU time, what its parent has heard of
+
+
+class _Elsewhere:
+    """CPU time [s] of the items that other processes did for this one."""
+
+    def __init__(self) -> None:
+        self.spent, self._lock = 0.0, Lock()
+
+    def unwrapped(self, work: Callable[[A], tuple[B, float]]) -> Callable[[A], B]:
+        """`work` that tells its CPU time [s] too, as work whose time counts here."""
+
+        def counted(item: A) -> B:
+            result, spent = work(item)
+            with self._lock:
+                self.spent += spent
+            return result
+
+        return counted
+
+
+_elsewhere = _Elsewhere()
+
+
+def cpu_time() -> float:
+    """CPU time [s] of this process, and of its workers on this machine in the items that they have done."""
+    return process_time() + _elsewhere.spent
 
 
 def one_blas_thread() -> threadpool_limits:
@@ -59,7 +87,7 @@ def worker_processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterato
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:
         try:
-            yield lambda item: pool.submit(_call, item).result()
+            yield _elsewhere.unwrapped(lambda item: pool.submit(_call, item).result())
         except KeyboardInterrupt:  # which a signal to this process alone does not bring to them
             pool.shutdown(wait=False, cancel_futures=True)  # first, so that none begins any more
             for worker in multiprocessing.active_children():
@@ -112,5 +140,9 @@ def _begin(make: Callable[[], Callable[[Any], Any]]) -> None:
     _work = cache(make)
 
 
-def _call(item: Any) -> Any:
-    return _work()(item)
+def _call(item: Any) -> tuple[Any, float]:
+    """The result, and the CPU time [s] of this process since the last one: its start counts too."""
+    global _told
+    result = _work()(item)
+    before, _told = _told, process_time()
+    return result, _told - before

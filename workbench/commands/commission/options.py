@@ -17,7 +17,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", help="the rig of the datasheet, with bounds: a bundled rig or a rig file")
     on_link(parser, required=True)
     parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="longest time on the rig")
-    parser.add_argument("--computing", type=float, default=10.0, metavar="M", help="longest minutes that it computes")
+    parser.add_argument(
+        "--computing", type=float, default=20.0, metavar="M",
+        help="longest CPU minutes that it computes, all processes together",
+    )  # fmt: skip
     parser.add_argument(
         "--goal", default="position-10mm", metavar="SCENARIO", help="step that the search makes settle soonest"
     )

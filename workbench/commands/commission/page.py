@@ -23,8 +23,8 @@ _WORDS = {
     "limit": "the limit: what physics allows the found rig",
 }
 _STAYS = {
-    "automatic": "by rules, since the found rig's did not hold what it promised",
-    "datasheet": "tuned on the datasheet, since the found rig's did not hold what it promised",
+    "automatic": "by rules",
+    "datasheet": "tuned on the datasheet",
     "found": "tuned on the found rig",
 }
 _SHORT = {"automatic": "no model", "datasheet": "datasheet", "found": "found rig", "limit": "the limit"}
@@ -87,8 +87,25 @@ def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
     if rows.get("limit", {}).get("predicted") is not None:
         words += f" Physics allows {_seconds(rows['limit']['predicted'])}."
     found = ", ".join(metrics["effects"]) or "no effect"
-    words += f" The records say {metrics['verdict']}: {found}. controller.toml is the one {_STAYS[metrics['way']]}."
+    words += f" The records say {metrics['verdict']}: {found}." if metrics["rounds"] else f" {_untraced(metrics)}"
+    words += f" controller.toml is the one {_STAYS[metrics['way']]}{_why(metrics)}."
     return words + (f" Playing was cut short: {metrics['ended']}." if metrics["ended"] else "")
+
+
+def _untraced(metrics: Mapping[str, Any]) -> str:
+    """Why no round came to its end."""
+    why = "the time to compute was over" if metrics["cut"] else "it was ended before"
+    return f"No controller was made for the rig as found: {why}."
+
+
+def _why(metrics: Mapping[str, Any]) -> str:
+    """Why another controller stays than that of the rig as found; what table rows say, see `best_way`."""
+    found = next((row["settling_s"] for row in metrics["rows"] if row["way"] == "found"), None)
+    if metrics["way"] == "found" or found is None:
+        return ""
+    if metrics["verdict"] == "unknown":
+        return ", which did best on the rig: what the records say does not explain them"
+    return ", which did best on the rig: the found rig's did not hold what it promised"
 
 
 def _rounds(metrics: Mapping[str, Any]) -> list[str]:

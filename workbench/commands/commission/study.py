@@ -52,7 +52,7 @@ class Wanted:
 
 def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
-    `computing_seconds` by the clock, less what the rig took, `trips`, what was `played`, the `controller`'s file and
+    `computing_seconds` of CPU time, less what the rig took, `trips`, what was `played`, the `controller`'s file and
     the `way` that it is, `rounds`: what each left open, `exact_s`, what the goal would settle in were the numbers known
     exactly, and `obstacles`: what stands in the way, what it costs, what to mend. Where something bars every further
     motion there are only those."""

@@ -37,7 +37,7 @@ from .plan import HiddenPlan, hidden_rig
 
 GOAL = "position-10mm"
 MINUTES = 10.0  # of the rig
-_COMPUTING = 20.0  # minutes of one process: ten of two cores
+_COMPUTING = 20.0  # CPU minutes
 
 Row = dict[str, Any]
 

@@ -29,6 +29,7 @@ def trace_json(trace: Trace) -> dict[str, Any]:
         "verdict": trace.verdict if names or not trace.effects or trace.verdict != "named" else "none",
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
+        **({} if trace.finished else {"finished": False}),
         "ranking": [_ranked(trace, fit, share) for fit, share in ranking(trace)],
         "chi2": dict(zip(("before", "after"), map(finite, trace.chi2), strict=True)),
         "rms": rms_of(trace.problem.floor, *compared(trace)),

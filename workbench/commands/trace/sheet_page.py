@@ -108,7 +108,7 @@ def _errors_table(answer: Mapping[str, Any]) -> Table:
 def _tried_table(trace: SheetTrace) -> Table:
     rows = [
         [e.effect.name, e.effect.formula, e.effect.equation, round(100 * min(e.judgement.explained, 1), 1),
-         e.judgement.chi2, "named" if e in trace.effects else "no accident" if e.judgement.passes else "may be chance"]
+         e.judgement.chi2, "named" if e in trace.effects else e.judgement.against or "no accident"]
         for e in trace.tried
     ]  # fmt: skip
     note = f"Explained: share of the misfit at frequencies that each fit did not see; named from {rule.NAMED:.0%} on."

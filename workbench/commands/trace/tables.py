@@ -15,12 +15,13 @@ from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.localise import likely_equations
 from ...identify.trace.problem import EstimationProblem
-from ...plant.effects import Effect, applies, known_effects
+from ...plant.effects import Effect, acts, applies, known_effects
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
 from .metrics import failures, ranking
-from .words import SIGNAL, accident, reason
+from .reasons import accident, reason
+from .words import SIGNAL
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _COMPARED = 6  # effects whose likeness is listed
@@ -47,8 +48,12 @@ def candidates_table(trace: Trace) -> Table:
         rows,
         note="Explained: the share of the misfit of the fitted rig that goes away where nothing was fitted, on the "
         "select records or on blocks of the train records in turn, beside effects added before. An effect counts if "
-        "its gain is no accident, and is named if it explains 80 % or reaches the noise, and the held-out records "
-        "bear it out; below that, nothing is named.",
+        "its gain is no accident, and is named if it explains "
+        + (
+            f"{100 * decide.ONE_OF_SEVERAL:.0f} % of what those before left: the rig is known to lack several."
+            if trace.several
+            else "80 % or reaches the noise, and the held-out records bear it out; below that, nothing is named."
+        ),
     )
 
 
@@ -74,7 +79,8 @@ def rule_table(trace: Trace) -> Table:
         share = (before - named) / max(before - 1, 1e-9)
         enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
         held = share >= decide.NAMED or named <= last
-        rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough, held])
+        words = ["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0)]
+        rows += [] if trace.several else [[*words, enough, held]]
         most = problem.complete(before, heldout, trace.several)
         rows.append(["nothing else is missing", "held-out chi2", named, f"at most {most:.3g}", named <= most])
     return Table("What the rule asked", ["that", "test", "value", "asked", "answer"], rows)
@@ -163,14 +169,18 @@ def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
     """Effects that were not tried, and why."""
     rig, named = trace.problem.rig, {effect.name for effect in library}
     declared = {use.name for use in rig.effects}
+    known = (*known_effects(rig.effect_files), *library)
+    fit, able = ({effect.name for effect in known if of(effect, rig)} for of in (applies, acts))
     rows = []
-    for name in dict.fromkeys(effect.name for effect in (*known_effects(rig.effect_files), *library)):
+    for name in dict.fromkeys(effect.name for effect in known):
         if name in declared:
             rows.append([name, "the rig file declares it"])
+        elif name not in fit:
+            rows.append([name, f"a {rig.valve} valve has no place for it"])
+        elif name not in able:
+            rows.append([name, "the rig has nothing that it acts on"])
         elif name not in named:
             rows.append([name, "taken out by --without"])
-        elif not any(applies(effect, rig) for effect in library if effect.name == name):
-            rows.append([name, f"a {rig.valve} valve has no place for it"])
     return Table("Effects that were not tried", ["effect", "why"], rows) if rows else None
 
 
@@ -179,7 +189,7 @@ def unseen_signals(trace: Trace) -> Table | None:
     names = {name for record in trace.problem.heldout.records for name in record.signals}
     lacking = [name for name in predicted(trace.base.model.plant) if name not in names]
     rows = [[name, SIGNAL[name]] for name in lacking if name not in ("velocity", "load_pressure")]
-    return Table("Signals that were not recorded", ["signal", "what it would do"], rows) if rows else None
+    return Table("Signals that no held-out record has", ["signal", "what it would do"], rows) if rows else None
 
 
 def records_table(problem: EstimationProblem) -> Table:

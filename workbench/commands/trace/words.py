@@ -9,10 +9,12 @@ from ...identify.found.alike import explain_alike
 from ...identify.found.fitted import fitted, not_physical, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
-from ...identify.trace.findings import CandidateFit, Pass, Trace
+from ...identify.trace.findings import CandidateFit, Trace
 from ...plant.effects import Effect
+from ...plant.effects.declared import effects_for
 from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
+from .reasons import reason
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
 _FAR = 0.3  # explained share below which the next best is no rival
@@ -29,6 +31,7 @@ PLAN = (
     "jackbench plan CAMPAIGN simulates records within this rig's reach, says which of them tells most, and leaves it "
     "as files that the drive plays."
 )
+UNFINISHED = "Not finished: the time to compute ended the search, and what it did not try may explain as much. "
 EQUATION = {
     "drive": "the drive (amplifier and spool loop)",
     "pilot": "the torque motor and pilot stage",
@@ -64,9 +67,10 @@ RECORD = {
 
 
 def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:
-    """The answer in a few sentences; `hidden` are effects that the records could not have shown."""
+    """The answer in a few sentences; `undetectable` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
-    text = said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
+    text = "" if trace.finished else UNFINISHED
+    text += said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
     wrong = numbers_of(trace)
     text += "".join(f" {each.text}{_beside(trace, each.number.name)}." for each in wrong)
     text += _trusted(trace, len(wrong)) + _learned(trace)
@@ -171,37 +175,6 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
     return [(name, first[name]) for name in names]
 
 
-def reason(trace: Trace, search: Pass, fit: CandidateFit) -> str:
-    """What the rule says of a candidate: why it counts, or why it does not."""
-    model_fit, judged, name = fit.model_fit, fit.judgement, fit.candidate.effect.name
-    assert model_fit is not None
-    if fit in trace.effects:
-        return "added"
-    if judged.passes:
-        if judged.explained < decide.NAMED and judged.chi2 >= decide.CLOSED:
-            return f"real, but explains less than {100 * decide.NAMED:.0f} %"
-        if fit in search.accepted:
-            return "as good as the one that was added"
-        added = [other.candidate.effect.name for other in trace.effects]
-        return f"another {'formula' if name in added else 'effect'} explains more"
-    if model_fit.squares >= search.before.squares:
-        return "the error where nothing was fitted does not fall"
-    fall, _ = accident(trace, search, fit)
-    if fall <= decide.BIC * trace.problem.kappa:
-        return "too little gain on the train records for its numbers"
-    return "the gain where nothing was fitted may be chance"
-
-
-def accident(trace: Trace, search: Pass, fit: CandidateFit) -> tuple[float, float]:
-    """What speaks against an accident: fall of BIC on train records, chance of the gain where nothing was fitted."""
-    model_fit, problem = fit.model_fit, trace.problem
-    assert model_fit is not None
-    squares = float(search.before.fit.squares.sum()), float(model_fit.fit.squares.sum())
-    fall = decide.bic_fall(*squares, len(fit.candidate.effect.fitted), model_fit.fit.samples)
-    count = len(trace.passes[0].scores)
-    return fall, decide.chance(search.before.squares, model_fit.squares, problem.kappa, count)
-
-
 def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
     said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
@@ -210,7 +183,7 @@ def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
     elif trace.left:
         said += f" {_percent(trace.left)} of the noise's variance is left, by its formula perhaps."
     beside = [(fit, share) for fit, share in ranking(trace) if _other(trace, fit)]
-    if beside:
+    if beside and trace.finished:
         fit, share = beside[0]
         far = f" No other effect comes near: the next, {fit.candidate.effect.name}, explains {_percent(share)}."
         said += far if share < _FAR else f" The next best, {fit.candidate.effect.name}, explains {_percent(share)}."
@@ -264,24 +237,40 @@ def _shares(trace: Trace, names: Sequence[str]) -> str:
 def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, _ = times_noise(trace)
     where = _either(trace.equations) if trace.equations else "the model"
-    said = (
-        f"Something is missing in {where} that no known effect explains: the held-out error is {_times(before)} times "
-    )
-    said += "the noise"
-    best = ranking(trace)
-    if trace.refuted:
-        names = listed([title(fit.candidate.effect) for fit in trace.refuted])
-        said += f"; {names} would explain the train records, but the held-out records do not bear it out"
-    elif best:
-        fit, share = best[0]
-        said += f", and the best effect, {title(fit.candidate.effect)}, takes away only {_percent(share)} of it"
-        said += f" ({100 * decide.NAMED:.0f} % would name it)"
-    said += "."
+    error = f"the held-out error is {_times(before)} times the noise"
+    if not trace.passes:
+        tried = "no effect was tried, " + ("for want of time" if not trace.finished else "for nothing else shows it")
+        said = f"Something is missing in {where}: {error}; {tried}."
+    else:
+        said = f"Something is missing in {where} that no {_those_tried(trace)} explains: {error}{_nearest(trace)}."
     if shape is not None and shape.explained and has_clue(shape) and len(trace.equations) == 1:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
     return f"{said} {_advice(trace, 'To learn more, record')}".rstrip()
+
+
+def _those_tried(trace: Trace) -> str:
+    """Of which effects none explains a misfit: of all that act on the rig, or of those that were tried."""
+    rig, tried = trace.problem.rig, {candidate.effect.name for candidate, _ in trace.passes[0].scores}
+    every = {effect.name for effect in effects_for(rig)}
+    return "known effect" if trace.finished and every <= tried else "effect that was tried"
+
+
+def _nearest(trace: Trace) -> str:
+    """What comes nearest to an explanation, and why it is none."""
+    if trace.refuted:
+        names = listed([title(fit.candidate.effect) for fit in trace.refuted])
+        return f"; {names} would explain the train records, but the held-out records do not bear it out"
+    best = ranking(trace)
+    if not best:
+        return ""
+    fit, share = best[0]
+    said = f", and the best effect, {title(fit.candidate.effect)}, takes away"
+    if share < decide.NAMED:
+        return f"{said} only {_percent(share)} of it ({100 * decide.NAMED:.0f} % would name it)"
+    search = next(each for each in trace.passes if any(fit is other for other in each.tried))
+    return f"{said} {_percent(share)} of it: {reason(trace, search, fit)}"
 
 
 def has_clue(shape: UnexplainedDisturbance) -> bool:
@@ -298,10 +287,13 @@ def _either(equations: Sequence[str]) -> str:
 def _none(trace: Trace, undetectable: Sequence[str]) -> str:
     before, _ = times_noise(trace)
     if trace.evidence:
+        said = "No single equation lacks anything that these records could show: "
+        said += f"the held-out error is {before:.3g} times the noise"
+        if not trace.problem.misses(trace.heldout[0].chi2, trace.heldout[0].samples):
+            return f"{said}, and what more the other records leave no disturbance in an equation explains."
         return (
-            f"No single equation lacks anything that these records could show: the held-out error is {before:.3g} "
-            "times the noise, but a disturbance in no equation explains it. Check the noise floor: a longer static "
-            "record would settle it."
+            f"{said}, but a disturbance in no equation explains it. Check the noise floor: a longer static record "
+            "would settle it."
         )
     said = "Nothing is missing that these recordings could show: once its numbers are fitted, the rig follows the "
     said += f"held-out records to {_times(before)} times the noise."

@@ -29,9 +29,12 @@ def held_against(campaign: Campaign, rig: Rig) -> Verdict:
         plants = session_plants(campaign, rig)
         for record in campaign.heldout:
             compared(plants[record.name], record, floor)
-        return Verdict(mistake=mistaken(campaign, rig, floor))
+        mistake = mistaken(campaign, rig, floor)
     except InputError as error:
         return Verdict(str(error))
+    if mistake is not None and mistake.kind in ("shifted", "doubtful"):  # no line of a campaign mends it
+        return Verdict(f"{mistake.told(rig.name)}; {mistake.remedy}")
+    return Verdict(mistake=mistake)
 
 
 def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[ColumnGuess]:

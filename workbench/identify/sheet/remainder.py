@@ -69,7 +69,7 @@ def _numbers(fit: SheetFit) -> int:
 
 def _worth(before: SheetFit, after: SheetFit, n: int) -> bool:
     fall = rule.bic_fall(float(before.fit.squares.sum()), float(after.fit.squares.sum()), _numbers(after), n)
-    real = rule.passes(before.squares, after.squares, fall, _KAPPA, len(ELEMENTS))
+    real = not rule.accident(before.squares, after.squares, fall, _KAPPA, len(ELEMENTS))
     return real and rule.explained(before.squares, after.squares, n) >= _WORTH
 
 

@@ -190,9 +190,9 @@ def _judged(
 ) -> rule.Judgement:
     n, numbers = problem.samples, len(effect.fitted)
     fall = rule.bic_fall(float(before.fit.squares.sum()), float(after.fit.squares.sum()), numbers, n)
-    passes = rule.passes(before.squares, after.squares, fall, _KAPPA, candidates)
+    against = rule.accident(before.squares, after.squares, fall, _KAPPA, candidates)
     explained = rule.explained(before.squares, after.squares, n)
-    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, passes, effect.kin)
+    return rule.Judgement(effect.name, effect.formula, explained, after.squares / n, numbers, against, effect.kin)
 
 
 def _deviation(samples: int) -> float:

@@ -9,11 +9,13 @@ be spared, described numbers before all others.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from ...base.checkpoint import OutOfTime
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from . import rule as decide
@@ -34,9 +36,25 @@ _FIRST = 2  # of these, where only their order is asked for
 _RIVALS = 2  # other candidates that are tried in the place of a described number
 
 
-def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[Pass, ...]]:
-    """The effects that a rig lacks, in order, each with the fit of all up to it; and what was tried, as passes."""
-    model_fit, shortlists = base, list[Shortlist]()
+def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[Pass, ...], bool]:
+    """The effects that a rig lacks, in order, each with the fit of all up to it; what was tried, as passes; and whether
+    the time sufficed. The order of what was found until the time was over takes as long as it takes."""
+    timed, shortlists, found = context.timed, list[Shortlist](), [base]
+    finished, rivals = False, ()
+    with suppress(OutOfTime):
+        for fit in _added(timed, base, shortlists):
+            found.append(fit)
+        found.append(_thinned(timed, "last", _in_best_formulas(timed, found[-1]), _WORTH))
+        rivals, finished = _rivals(timed, base, found[-1]), True
+    last = found[-1]
+    if not last.known:
+        return (), (), finished
+    passes = _passes(context, base, _path(context, last), shortlists[0])
+    return tuple(each.accepted[0] for each in passes), (*passes, *rivals), finished
+
+
+def _added(context: TraceContext, model_fit: FittedModel, shortlists: list[Shortlist]) -> Iterator[FittedModel]:
+    """The fit with a batch more at a time, and the shortlist of each."""
     while len(shortlists) < _ROUNDS and context.is_misfit(model_fit):
         number = len(shortlists) + 1
         shortlists.append(shortlist_of(context, number, model_fit))
@@ -52,11 +70,7 @@ def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[Cand
         if gain < _WORTH:
             break
         model_fit = fitted
-    last = _thinned(context, "last", _in_best_formulas(context, model_fit), _WORTH)
-    if not last.known:
-        return (), ()
-    passes = _passes(context, base, _path(context, last), shortlists[0])
-    return tuple(each.accepted[0] for each in passes), (*passes, *_rivals(context, base, last))
+        yield fitted
 
 
 def _batch(ranked: Ranked) -> tuple[Candidate, ...]:

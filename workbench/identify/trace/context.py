@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ...base.checkpoint import Progress, Stage
+from ...base.checkpoint import Progress, Stage, endless, until
 from ...plant.effects import Effect, applies, number_effects, with_apart
 from . import rule as decide
 from .locate import FaultLocation, locate_fault
@@ -21,7 +21,7 @@ from .workers import Workers, trace_workers
 class TraceContext:
     """A trace's problem and stages: a search takes the windows of `problem`, which are all or a part of `whole`.
 
-    Numbers that are `suspects` are refitted whatever their score.
+    Numbers that are `suspects` are refitted whatever their score. `over`: whether the time for a search is over.
     """
 
     whole: EstimationProblem
@@ -33,6 +33,12 @@ class TraceContext:
     workers: Workers
     steps: Steps
     suspects: tuple[str, ...] = ()
+    over: Callable[[], bool] = endless
+
+    @property
+    def timed(self) -> "TraceContext":
+        """The same, whose stages raise OutOfTime where the time for a search is over."""
+        return replace(self, stage=until(self.stage, self.over))
 
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         """A fit on the windows of the search, kept as a stage."""
@@ -91,6 +97,7 @@ def trace_context(
     jobs: int = 1,
     files: Sequence[str | Path] = (),
     suspects: Sequence[str] = (),
+    over: Callable[[], bool] = endless,
 ) -> Iterator[TraceContext]:
     """The context of a trace, with the windows that a search needs and `jobs` processes."""
     search = problem
@@ -100,4 +107,6 @@ def trace_context(
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
         steps = Steps(report_progress)
-        yield TraceContext(problem, search, able, stage, report_progress, several, workers, steps, tuple(suspects))
+        yield TraceContext(
+            problem, search, able, stage, report_progress, several, workers, steps, tuple(suspects), over
+        )

@@ -39,7 +39,8 @@ class CandidateFit:
 class Pass:
     """One search for an effect: shortlist with scores (share of the misfit) and cosines, and what was refitted.
 
-    `pairs` are the shortlist of two effects at once, with the share of the misfit.
+    `pairs` are the shortlist of two effects at once, with the share of the misfit. Not `finished`: the time was over
+    before all was refitted that it would have been.
     """
 
     before: FittedModel
@@ -49,6 +50,7 @@ class Pass:
     pairs: tuple[tuple[tuple[Candidate, Candidate], float], ...]
     tried: tuple[CandidateFit, ...]
     accepted: tuple[CandidateFit, ...]
+    finished: bool = True
 
 
 def partial_effect(of: Pass) -> CandidateFit | None:
@@ -76,7 +78,9 @@ class Trace:
     explained what was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood
     of a disturbance in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test
     by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what the named effects leave of the held-out
-    records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one.
+    records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one. Not
+    `finished`: the time for the search was over before all was tried. `candidates`: how many effects and numbers it
+    chose from.
     """
 
     problem: EstimationProblem
@@ -94,6 +98,8 @@ class Trace:
     learned: tuple[LearnedShape, ...] = ()
     by_numbers: bool = False
     several: bool = False
+    finished: bool = True
+    candidates: int = 1
 
     @property
     def tied(self) -> tuple[str, ...]:

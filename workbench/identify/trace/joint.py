@@ -87,8 +87,8 @@ def _is_needed(context: TraceContext, base: FittedModel, alone: FittedModel, bot
     numbers = len(both.fit.free) - len(alone.fit.free)
     squares = float(alone.fit.squares.sum()), float(both.fit.squares.sum())
     fall = decide.bic_fall(*squares, numbers, context.problem.train.samples)
-    passes = decide.passes(alone.squares, both.squares, fall, context.problem.kappa, len(context.library))
-    return passes and decide.worth_adding(alone.squares - both.squares, base.squares, base.samples)
+    accident = decide.accident(alone.squares, both.squares, fall, context.problem.kappa, len(context.library))
+    return not accident and decide.worth_adding(alone.squares - both.squares, base.squares, base.samples)
 
 
 def _as_passes(

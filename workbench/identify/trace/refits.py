@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.checkpoint import OutOfTime
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from . import rule as decide
@@ -36,15 +37,18 @@ Ranked = Sequence[tuple[Candidate, float]]
 def run_pass(
     context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED
 ) -> Pass:
-    """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted."""
+    """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted.
+
+    Where the time is over, of what was refitted until then. Raises OutOfTime before the shortlist."""
     shortlist = shortlist_of(context, number, model_fit)
-    tried = _Refits(context, number, model_fit, before, share).of(shortlist.ranked)
+    tried, finished = _Refits(context, number, model_fit, before, share).of(shortlist.ranked)
     problem, misfit = context.problem, before.squares - before.samples
     lead = decide.lead_by_noise(misfit, problem.kappa, len(context.library))
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share, lead)
     tried = tuple(_with_ties(candidate_fit, best) for candidate_fit in tried)
     accepted = tuple(next(fit for fit in tried if fit.judgement is judgement) for judgement in best)
-    return Pass(model_fit, shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs, tried, accepted)
+    ranked = shortlist.ranked, shortlist.compared, shortlist.cosines, shortlist.pairs
+    return Pass(model_fit, *ranked, tried, accepted, finished)
 
 
 def _with_ties(candidate_fit: CandidateFit, best: Sequence[decide.Judgement]) -> CandidateFit:
@@ -112,8 +116,8 @@ class _Refits:
         self._left = max(1 - self._had, _GONE)
         self._least = _SECOND * (share - self._had) / self._left if self._had else 0.0
 
-    def of(self, ranked: Ranked) -> tuple[CandidateFit, ...]:
-        """Refits of the shortlist, most explained first.
+    def of(self, ranked: Ranked) -> tuple[tuple[CandidateFit, ...], bool]:
+        """Refits of the shortlist, most explained first, and whether the time sufficed for all of them.
 
         A refit decides which others are worth it. Workers that would wait go ahead with those that the scores promise;
         what was refitted in vain is left out of the answer, which so does not depend on how many workers there are.
@@ -124,9 +128,13 @@ class _Refits:
         steps.begin(what, FITS, sum(map(_lasts, planned)), ahead=1)
         while ahead := [pair for pair in self._planned(ranked, tried) if pair[0].effect.title not in tried]:
             steps.remain(sum(map(_lasts, ahead)))
-            tried |= self._refitted(ahead[: self._context.workers.count], first=not tried)
-        fits = [tried[candidate.effect.title] for candidate, _ in self._planned(ranked, tried)]
-        return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained))
+            try:
+                tried |= self._refitted(ahead[: self._context.workers.count], first=not tried)
+            except OutOfTime:
+                break
+        planned = [candidate.effect.title for candidate, _ in self._planned(ranked, tried)]
+        fits = [tried[title] for title in planned if title in tried]
+        return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained)), not ahead
 
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
         """The best formula of each name, then its others; what is not `tried` explains as much as its score says.
@@ -223,7 +231,9 @@ class _Refits:
     def _judged(self, candidate: Candidate, share: float, stored: Mapping[str, Any]) -> CandidateFit:
         context, effect = self._context, candidate.effect
         if "failed" in stored:
-            nothing = decide.Judgement(effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), False, effect.kin)
+            nothing = decide.Judgement(
+                effect.name, effect.formula, 0.0, np.inf, len(effect.fitted), "it has no fit", effect.kin
+            )
             return CandidateFit(candidate, share, nothing, None, stored["failed"])
         refitted = unpacked(stored, context.problem, context.library)
         judgement = judge(context, effect, self._model_fit, self._before, refitted)
@@ -240,10 +250,11 @@ def judge(
     explained = decide.explained(before.squares, refitted.squares, n)
     squares = float(model_fit.fit.squares.sum()), float(refitted.fit.squares.sum())
     fall = decide.bic_fall(*squares, len(effect.fitted), context.problem.train.samples)
-    passes = decide.passes(model_fit.squares, refitted.squares, fall, context.problem.kappa, len(context.library))
-    passes = passes and not is_switched_off(refitted)
+    against = decide.accident(model_fit.squares, refitted.squares, fall, context.problem.kappa, len(context.library))
+    if not against and is_switched_off(refitted):
+        against = "its fit takes it away again"
     chi2, numbers = refitted.squares / n, len(effect.fitted)
-    return decide.Judgement(effect.name, effect.formula, explained, chi2, numbers, passes, effect.kin)
+    return decide.Judgement(effect.name, effect.formula, explained, chi2, numbers, against, effect.kin)
 
 
 def _lasts(pair: tuple[Candidate, float]) -> float:

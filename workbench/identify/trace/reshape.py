@@ -138,7 +138,7 @@ def _passes(
 ) -> bool:
     squares = float(before.fit.squares.sum()), float(after.fit.squares.sum())
     fall = decide.bic_fall(*squares, len(reshaping.further(before)), problem.train.samples)
-    real = decide.passes(before.squares, after.squares, fall, problem.kappa, candidates)
+    real = not decide.accident(before.squares, after.squares, fall, problem.kappa, candidates)
     return real and decide.explained(before.squares, after.squares, before.samples) >= WORTH
 
 

@@ -30,16 +30,21 @@ ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and whether it counts;
-    `kin` is the name of its family."""
+    """What one candidate does: `explained` share of the misfit, chi2 with it, numbers it has, and what speaks `against`
+    it, empty where it counts; `kin` is the name of its family."""
 
     name: str
     formula: str
     explained: float
     chi2: float
     numbers: int
-    passes: bool
+    against: str
     kin: str
+
+    @property
+    def passes(self) -> bool:
+        """Whether it is no accident, and so counts."""
+        return not self.against
 
 
 def gate(deviation: float) -> float:
@@ -92,11 +97,16 @@ def lead_by_noise(misfit: float, kappa: float, candidates: int) -> float:
     return kappa * float(ndtri(CHANCE / max(candidates, 1))) ** 2 / misfit if misfit > 0 else np.inf
 
 
-def passes(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> bool:
-    """Whether an effect is no accident: BIC falls on train records, and the gain elsewhere is beyond chance."""
+def accident(before: float, after: float, bic_fall: float, kappa: float, candidates: int) -> str:
+    """Why an effect may be an accident; empty where BIC falls on train records and the gain elsewhere is beyond
+    chance."""
     if not np.isfinite(after) or after >= before:
-        return False
-    return bic_fall > BIC * kappa and chance(before, after, kappa, candidates) < CHANCE
+        return "the error where nothing was fitted does not fall"
+    if bic_fall <= BIC * kappa:
+        return "too little gain on the fitted records for its numbers"
+    if chance(before, after, kappa, candidates) >= CHANCE:
+        return "the gain where nothing was fitted may be chance"
+    return ""
 
 
 def best_pair(explained: Sequence[float], chi2: Sequence[float]) -> int | None:

@@ -1,7 +1,7 @@
 """The search of a trace: fit, gate, localise, then pass after pass until nothing is missing or nothing passes."""
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,12 +23,14 @@ _PASSES = 6  # effects at most
 @dataclass(frozen=True, eq=False)
 class SearchResult:
     """What train and select records say: the rig alone as fitted, effects in the order in which they were added, the
-    equation that lacks something (None at the floor), and all passes."""
+    equation that lacks something (None at the floor), all passes, and whether the time sufficed for what was to be
+    tried."""
 
     base: FittedModel
     effects: tuple[CandidateFit, ...]
     place: FaultLocation | None
     passes: tuple[Pass, ...]
+    finished: bool = True
 
 
 def search_effects(context: TraceContext) -> SearchResult:
@@ -38,8 +40,9 @@ def search_effects(context: TraceContext) -> SearchResult:
 
 class _Search:
     def __init__(self, context: TraceContext) -> None:
-        self._context = context
+        self._whole, self._context = context, context.timed
         self._passes: list[Pass] = []
+        self._finished = True
 
     def run(self) -> SearchResult:
         """The whole search."""
@@ -52,13 +55,13 @@ class _Search:
             if not context.is_misfit(base):
                 return SearchResult(base, (), None, tuple(self._passes))
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
-            place = context.location(name, base, ahead=3)
+            place = self._whole.location(name, base, ahead=3)
             if context.several and context.problem.train.from_rest:
-                effects, passes = search_batches(context, base)
-                return SearchResult(base, effects, place, passes)
+                effects, passes, finished = search_batches(self._whole, base)
+                return SearchResult(base, effects, place, passes, finished)
             effects, better = self._effects(base)
             if better is None:
-                return SearchResult(base, effects, place, tuple(self._passes))
+                return SearchResult(base, effects, place, tuple(self._passes), self._finished)
             base = better
 
     def _effects(self, base: FittedModel) -> tuple[tuple[CandidateFit, ...], FittedModel | None]:
@@ -69,7 +72,7 @@ class _Search:
         context = self._context
         effects: tuple[CandidateFit, ...] = ()
         model_fit = base
-        with suppress(OutOfTime):
+        with self._in_time():
             while len(effects) < _PASSES and context.is_misfit(model_fit):
                 this_pass = self._pass(model_fit, model_fit)
                 if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
@@ -89,7 +92,16 @@ class _Search:
 
     def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
         self._passes.append(run_pass(self._context, len(self._passes) + 1, model_fit, before, share))
+        self._finished &= self._passes[-1].finished
         return self._passes[-1]
+
+    @contextmanager
+    def _in_time(self) -> Iterator[None]:
+        """What the end of the time may cut short: what was found until then stays."""
+        try:
+            yield
+        except OutOfTime:
+            self._finished = False
 
     def _without_last_effect(self, model_fit: FittedModel, this_pass: Pass) -> FittedModel:
         """The fit that a pass began with, or a better one of the same effects, from the numbers of the best refit."""
@@ -100,17 +112,21 @@ class _Search:
         ]
         if not fits:
             return model_fit
-        refitted = self._context.fit(
-            f"without-{len(self._passes)}",
-            lambda: refit_without_last_effect(self._context.problem, model_fit, fits[0]),
-        )
-        return refitted if _matters_for_fit(model_fit, refitted) else model_fit
+        with self._in_time():
+            refitted = self._context.fit(
+                f"without-{len(self._passes)}",
+                lambda: refit_without_last_effect(self._context.problem, model_fit, fits[0]),
+            )
+            return refitted if _matters_for_fit(model_fit, refitted) else model_fit
+        return model_fit
 
     def _refit_from_declared(self, candidate_fit: CandidateFit) -> CandidateFit:
         """The effect with its fit from the rig's declared numbers, where that is better."""
         name = f"again-{len(self._passes)}-{candidate_fit.candidate.effect.name}"
-        model_fit = self._context.fit(name, lambda: refit_from_declared(self._context.problem, candidate_fit.refitted))
-        return replace(candidate_fit, model_fit=model_fit)
+        with self._in_time():
+            fit = self._context.fit(name, lambda: refit_from_declared(self._context.problem, candidate_fit.refitted))
+            return replace(candidate_fit, model_fit=fit)
+        return candidate_fit
 
     def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
         """Whether the effect that a pass accepted goes to those before: it has to matter, but for a second one, which

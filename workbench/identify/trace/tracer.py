@@ -4,10 +4,9 @@ Every step is a stage that a resumed trace reads back. The rule is in rule.py: a
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from ...base.checkpoint import Progress, Stage, endless, until
+from ...base.checkpoint import Progress, Stage, endless
 from ...plant.effects import Effect
 from .context import trace_context
 from .findings import Trace
@@ -37,9 +36,8 @@ def trace(
     are neither of the library nor named by the rig. `learns`: where names leave a misfit, what is left is learned.
     `suspects`: numbers of the rig whose ranges are so narrow that scores about their ends say little; each that goes to
     an end of its range is refitted, whatever its score. `over`: whether the time for a search is over, which then ends
-    with what it has added; what is found is judged all the same. Raises OutOfTime where not even the rig alone was
+    with what it has found, judged all the same but not `finished`. Raises OutOfTime where not even the rig alone was
     fitted.
     """
-    with trace_context(problem, library, stage, report_progress, several, jobs, files, suspects) as context:
-        search = search_effects(replace(context, stage=until(stage, over)))
-        return judge_search(context, search, learns and not over())
+    with trace_context(problem, library, stage, report_progress, several, jobs, files, suspects, over) as context:
+        return judge_search(context, search_effects(context), learns and not over())

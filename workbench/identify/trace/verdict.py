@@ -65,6 +65,8 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
         learned=learned,
         by_numbers=by_numbers,
         several=context.several,
+        finished=search.finished,
+        candidates=len(context.library),
     )
 
 

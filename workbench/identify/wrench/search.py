@@ -94,9 +94,9 @@ def _judged(before: Closed) -> Ranking:
 def _judgement(before: Closed, after: Closed, candidates: int) -> rule.Judgement:
     effect, (was, now) = after.effects[-1], (each.squares[JUDGED] for each in (before, after))
     fall = rule.bic_fall(before.squares[FITTED], after.squares[FITTED], len(effect.units), before.samples(FITTED))
-    passes = rule.passes(was, now, fall, 1.0, candidates)
+    against = rule.accident(was, now, fall, 1.0, candidates)
     explained = rule.explained(was, now, before.samples(JUDGED))
-    return rule.Judgement(effect.name, effect.formula, explained, after.chi2, len(effect.units), passes, effect.kin)
+    return rule.Judgement(effect.name, effect.formula, explained, after.chi2, len(effect.units), against, effect.kin)
 
 
 def _flexible(before: Closed) -> Candidate:

@@ -1,17 +1,19 @@
-"""How long a commissioning may compute: by the clock, less what is waited for the rig."""
+"""How long a commissioning may compute: CPU time, less what the rig takes; a busy machine takes none of it."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import perf_counter
+
+from ...base.process_pool import cpu_time
 
 TRACES = (0.6, 0.85)  # of the time, by which the search of each round's trace ends: controllers are searched after it
 AGAIN = 0.6  # of the time, up to which another round may begin
 
 
 class Computing:
-    """A time to compute, `seconds` [s] of the clock from now on; `cut`: what it ended, in words."""
+    """A time to compute, `seconds` [s] of CPU time from now on, worker processes' too; `cut`: what it ended, in
+    words."""
 
-    def __init__(self, seconds: float, clock: Callable[[], float] = perf_counter) -> None:
+    def __init__(self, seconds: float, clock: Callable[[], float] = cpu_time) -> None:
         self.seconds, self._clock, self._began, self._waited = seconds, clock, clock(), 0.0
         self.cut: list[str] = []
 

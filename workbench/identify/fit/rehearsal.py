@@ -1,0 +1,65 @@
+"""A rig's numbers fitted to a few windows, to see what a mistake that is undone would bring."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...base.errors import InputError
+from ...plant.effects import LIBRARY, Effect, acts
+from ...rigs.rig import Rig
+from .determined import FreeParameter
+from .free_parameters import Candidate, at_strength, model_with, uncertain
+from .initial_states import predicted_states
+from .model import Model
+from .solver import fit_numbers
+from .windows import Windows
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A fit: its chi2, infinite where a window cannot be simulated, initial states [windows, n] and parameters [k]."""
+
+    chi2: float
+    x0: np.ndarray
+    p: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """Fits of a rig's uncertain numbers; where it has none, as it is declared."""
+
+    model: Model
+    rig: Rig
+
+    @cached_property
+    def _free(self) -> tuple[FreeParameter, ...]:
+        try:
+            return uncertain(self.rig)
+        except InputError:
+            return ()
+
+    def fit(self, windows: Windows) -> Tried:
+        """To some windows."""
+        return _fit(self.model, windows, self._free)
+
+    def with_lines(self, windows: Windows) -> float:
+        """The least chi2 with a lag of the pressure sensors, which is no mistake."""
+        lags = [effect for effect in LIBRARY if effect.name == "sensor.lag" and acts(effect, self.rig)]
+        return min((self._with(effect, windows) for effect in lags), default=np.inf)
+
+    def _with(self, effect: Effect, windows: Windows) -> float:
+        candidate = Candidate(effect, at_strength(effect, 1.0))
+        model = model_with(self.rig, (effect,), self.model.names, brief=True)
+        return _fit(model, windows, (*self._free, *candidate.free())).chi2
+
+
+def _fit(model: Model, windows: Windows, free: tuple[FreeParameter, ...]) -> Tried:
+    p = model.p
+    if free:
+        guess, start = model.starts(windows, p), np.zeros(len(free))
+        fit = fit_numbers(model, windows, free, start, p, guess, np.ones(len(windows.names)))
+        x0, p, squares = fit.x0, fit.p, fit.squares
+    else:
+        x0, squares = predicted_states(model, windows, p)
+    return Tried(float(squares.sum()) / windows.samples, x0, p)
