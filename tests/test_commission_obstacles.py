@@ -72,6 +72,9 @@ def test_a_pilot_with_hysteresis_keeps_the_jack_from_resting_and_the_cause_is_to
     assert "brings the jack to rest" in barred.what
     assert all(name in barred.what for name in effects)
     assert mend in barred.mend
+    (untraced,) = obstacles(judged, GOAL, "", (), rest, [], None)
+    assert "no trace of the records was finished" in untraced.what
+    assert "do not say why" not in untraced.what
     assert float(barred.costs.split()[0]) > 5.0  # mm: the command of a slow loop stays within the hysteresis
 
 

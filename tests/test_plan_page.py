@@ -15,6 +15,8 @@ def test_where_nothing_needs_recording_the_recorded_commands_are_shown():
     metrics = {"pairs": [], "numbers": [], "records": [], "not_compared": []}
     page, picture = plan_page(problem, (), metrics, {})
     assert "Nothing needs recording." in page.verdict
+    metrics["not_compared"] = ["main.stiction"]
+    assert "Nothing that was compared needs recording." in plan_page(problem, (), metrics, {})[0].verdict
     assert "svg" in picture._repr_html_() or "<img" in picture._repr_html_()
 
 

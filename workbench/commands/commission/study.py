@@ -88,7 +88,7 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
         ways["found"] = best.way
         judged += best.judged
     found, reasons = best and best.found, [each.reason for each in rounds]
-    verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("unknown", ())
+    verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("", ())
     barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values(), spent.dither)
     return Results(wanted.goal, moves, ways, judged, found, reasons, ended, barred, spent.computing.cut)
 

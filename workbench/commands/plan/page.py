@@ -98,7 +98,9 @@ def _verdict(name: str, metrics: Mapping[str, Any], word: str = "record") -> str
     said = f"{name} leaves {_count(len(alike), 'pair')} of effects alike (cosine {ALIKE:g} or more) and "
     said += f"{_count(len(unseen), 'number')} untold."
     if not metrics["records"]:
-        return said + (f" No {word} of the family changes that." if alike or unseen else " Nothing needs recording.")
+        if alike or unseen:
+            return f"{said} No {word} of the family changes that."
+        return f"{said} {'Nothing that was compared' if metrics['not_compared'] else 'Nothing'} needs recording."
     first, *others = metrics["records"]
     return (
         said
@@ -261,4 +263,4 @@ def _waves(records: list[PlannedRecord]) -> Figure:
 def _recorded(problem: EstimationProblem) -> Figure:
     """The command of the train records."""
     curves = [Curve(record.name, record.t, record.signals["command"]) for record in problem.campaign.train]
-    return Figure("What was recorded, and tells enough", "time [s]", [Panel("command [1]", curves)])
+    return Figure("What was recorded", "time [s]", [Panel("command [1]", curves)])

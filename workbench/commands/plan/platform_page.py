@@ -127,4 +127,4 @@ def _recorded(whole: Sequence[Campaign]) -> Figure:
     """The commands of the first train record."""
     curves = [Curve(f"leg {i + 1}", own.train[0].t, own.train[0].signals["command"]) for i, own in enumerate(whole)]
     name = whole[0].train[0].name
-    return Figure(f"What was recorded, and tells enough: {name}", "time [s]", [Panel("command [1]", curves)])
+    return Figure(f"What was recorded: {name}", "time [s]", [Panel("command [1]", curves)])

@@ -72,10 +72,15 @@ def obstacles(
     records: Iterable[Record],
     dither: Sine | None,
 ) -> list[Obstacle]:
-    """Of the goal's step as every way played it, of what a trace said, of the records, and of the dither that was
-    needed."""
+    """Of the goal's step as every way played it, of what a trace said (`verdict`; empty: none came to its end), of the
+    records, and of the dither that was needed."""
     steps = [each for each in judged if is_of(each.scenario.name, goal)]
-    return [*_stays_open(dither), *_hunts(steps, effects), *_alike(steps, verdict, effects), *_sags(rest, records)]
+    return [
+        *_stays_open(dither),
+        *_hunts(steps, effects, bool(verdict)),
+        *_alike(steps, verdict, effects),
+        *_sags(rest, records),
+    ]
 
 
 def _stays_open(dither: Sine | None) -> Iterator[Obstacle]:
@@ -91,13 +96,14 @@ def _stays_open(dither: Sine | None) -> Iterator[Obstacle]:
     )
 
 
-def _hunts(steps: Sequence["Judged"], effects: Sequence[str]) -> Iterator[Obstacle]:
+def _hunts(steps: Sequence["Judged"], effects: Sequence[str], traced: bool) -> Iterator[Obstacle]:
     """No controller settles the goal's step, however its gains were found."""
     if not steps or any(each.row["settling_s"] is not None for each in steps):
         return
     away = 1e3 * min(_away(each) for each in steps)
     causes = [name for name in effects if name in _MEND]
-    cause = f"; the records say {' or '.join(causes)}" if causes else "; the records do not say why"
+    unsaid = "the records do not say why" if traced else "why is not known, for no trace of the records was finished"
+    cause = f"; the records say {' or '.join(causes)}" if causes else f"; {unsaid}"
     names = ", ".join(each.controller for each in steps)
     yield Obstacle(
         f"no controller brings the jack to rest where it should ({names}){cause}",
