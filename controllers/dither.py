@@ -3,8 +3,8 @@
 from typing import ClassVar, Literal
 
 from workbench.base.errors import InputError
-from workbench.control.dither import Sine
 from workbench.control.protocol import design_numbers, number
+from workbench.control.shell import SineShell
 
 _MOST = 0.3  # of the sampling frequency: a sine of fewer samples a period is no sine
 
@@ -33,4 +33,4 @@ class Dither:
             raise InputError(
                 f"Dither: frequency {design.frequency:g} Hz: must be at most {_MOST / period:g} Hz at this rate"
             )
-        self.sine = Sine(design.amplitude, design.frequency, period)
+        self.shell = SineShell(design.amplitude, design.frequency, period)

@@ -1,19 +1,21 @@
 """Fractional PID: integral and derivative of any order up to two, anti-windup on the realised command."""
 
-from collections.abc import Mapping
 from functools import lru_cache
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from workbench.control.crone.oustaloup import power
 from workbench.control.fractional.realisation import partial_fractions
-from workbench.control.linear_law import LinearLaw
+from workbench.control.law import LawController, linear_law
 from workbench.control.protocol import design_numbers, number
-from workbench.linear.state_space import Matrices, StateSpace, of_sum, state_space, tustin
+from workbench.linear.state_space import Matrices, tustin
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
-class FractionalPid:
+class FractionalPid(LawController):
     """U(s) = K (1 + 1/(Ti s)^lambda + (Td s)^mu/(1 + s/wf)) E(s), sampled by Tustin's rule.
 
     PI^lambda D^mu of Podlubny, IEEE Trans. Automatic Control 44(1), 1999. The integral is 1/s after s^(1 - lambda), the
@@ -38,52 +40,20 @@ class FractionalPid:
         high: float = number("Hz", 10.0, 1e3, "up to here the orders hold", 50.0)
 
     def __init__(self, design: Design, period: float) -> None:
-        self._period = period
-        self._a, self._b, self._c, self._d, self._follow = _designed(design, period)
-        self._integrator = int(np.flatnonzero(self._follow)[-1])
-        self._x, self._error = np.zeros(len(self._a)), 0.0
+        a, b, c, d, follow = _designed(design, period)
+        both, integrator = np.array([1.0, -1.0]), int(np.flatnonzero(follow)[-1])
+        cells = np.arange(len(a)) != integrator
+        at_rest = np.zeros(len(a))
+        at_rest[cells] = np.linalg.solve(np.eye(cells.sum()) - a[np.ix_(cells, cells)], b[cells])
+        carried = np.eye(len(a))[integrator]
 
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the cells rest at this error and the integrator carries the command."""
-        self._error = reference - measurement["position"]
-        self._x = self._resting(self._error, command)
+        def start(s: "ca.SX", u: "ca.SX") -> tuple["ca.SX", float]:
+            """The cells rest at this error, and the integrator carries the command."""
+            error = s[0] - s[1]
+            return error * at_rest + (u - (c @ at_rest + d) * error) * carried, 0.0
 
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The sum of the three terms on the error."""
-        self._error = reference - measurement["position"]
-        return self._demanded()
-
-    def update(self, realised: float) -> None:
-        """Advance the states; the integral takes up what the drive did not do."""
-        missed = realised - self._demanded()
-        self._x = self._a @ self._x + self._b * self._error + self._follow * missed
-
-    def linear_law(self) -> LinearLaw:
-        """The law as data, of reference less position."""
-        both = np.array([1.0, -1.0])
-        a = self._a - np.outer(self._follow, self._c)
-        b = self._b - self._follow * self._d
-
-        def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            return self._resting(float(signals[0] - signals[1]), command), 0.0
-
-        return LinearLaw(a, np.outer(b, both), self._c, self._d * both, self._follow, self.measures, start)
-
-    def linear(self) -> StateSpace:
-        """The same law without the command limit."""
-        law = state_space(self._a, self._b[:, None], self._c[None], [[self._d]], self._period, ["error"], ["command"])
-        return of_sum(law, {"reference": 1.0, "position": -1.0})
-
-    def _demanded(self) -> float:
-        return float(self._c @ self._x + self._d * self._error)
-
-    def _resting(self, error: float, command: float) -> np.ndarray:
-        """States [n] that stay under this error, but for the integrator, which makes up the command."""
-        cells = np.arange(len(self._a)) != self._integrator
-        x = np.zeros(len(self._a))
-        x[cells] = np.linalg.solve(np.eye(cells.sum()) - self._a[np.ix_(cells, cells)], self._b[cells] * error)
-        x[self._integrator] = command - self._c @ x - self._d * error
-        return x
+        less, entering = a - np.outer(follow, c), np.outer(b - follow * d, both)
+        super().__init__(linear_law(less, entering, c, d * both, follow, self.measures, period, start))
 
 
 @lru_cache(maxsize=16)

@@ -2,14 +2,15 @@
 
 from typing import ClassVar
 
+from workbench.control.law import LawController
 from workbench.control.linear_observer import LinearObserver, ObservedPlant
 from workbench.control.protocol import design_numbers, number
 from workbench.rigs.linear_rig import LinearRig
 
-from .lqg import ObserverLaw, lq_gain
+from .lqg import lq_gain
 
 
-class LinearLqg(ObserverLaw):
+class LinearLqg(LawController):
     """u = u0 - K (x^ - x0): state feedback on what a Kalman filter sees in the position of the loop's own plant.
 
     K minimises the sum of (e/error)^2 + u^2. x0 and u0 hold the plant at the reference against the disturbance that the
@@ -26,5 +27,4 @@ class LinearLqg(ObserverLaw):
 
     def __init__(self, design: Design, period: float, plant: LinearRig) -> None:
         observer = LinearObserver(plant, design, period)
-        self._observer, self._period, self.measures = observer, period, observer.measures
-        self._law = observer.state_law(lq_gain(observer, design.error))
+        super().__init__(observer.law(observer.state_law(lq_gain(observer, design.error)), period))

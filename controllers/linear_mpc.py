@@ -4,18 +4,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from workbench.control.law import LawController
 from workbench.control.linear_observer import LinearObserver, ObservedPlant
 from workbench.control.mpc_qp import Limits, build_horizon
-from workbench.control.planned_law import PlannedLaw
+from workbench.control.planned_law import PlannedLaw, planned_law
 from workbench.control.protocol import design_numbers, number
 from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.rigs.linear_rig import LinearRig
 
 from .lqg import lq_gain
-from .mpc import PredictiveLaw
 
 
-class LinearMpc(PredictiveLaw):
+class LinearMpc(LawController):
     """The law of LinearLqg where no limit is near, and the least change of it that keeps the limits where one is.
 
     Those of the command and its rate are kept; what is beyond those of the position and its speed has a price. It plans
@@ -46,4 +46,5 @@ class LinearMpc(PredictiveLaw):
         feedforward = np.full((samples, 1), law.follow)
         governor = ReferenceGovernor(observer, law.feedback, feedforward, Braking(d.stroke, d.speed, d.deceleration))
         horizon = build_horizon(observer, law.feedback, limits, samples, round(d.moves))
-        self._plans(PlannedLaw(observer, law, feedforward, governor, horizon, limits, round(d.iterations)), period)
+        planned = PlannedLaw(observer, law, feedforward, governor, horizon, limits, round(d.iterations))
+        super().__init__(planned_law(planned, period))

@@ -1,45 +1,13 @@
 """LQG: the best that a linear controller makes of position and pressures, by its own measure: a yardstick."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack, Observer, StateLaw
-from workbench.control.linear_law import LinearLaw, realised_as_demanded
+from workbench.control.law import LawController
 from workbench.control.protocol import design_numbers, number
-from workbench.linear.state_space import StateSpace
 
 
-class ObserverLaw:
-    """State feedback on an observer's state, whatever the plant; Lqg says how."""
-
-    measures: tuple[str, ...]
-    _observer: Observer
-    _law: StateLaw
-    _period: float
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the filter sees a jack at rest, whose drive needs the command that it holds."""
-        self._observer.begin(measurement, reference, command, self._law)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """State feedback on what the filter makes of these signals."""
-        return float(self._law.follow * reference - self._law.feedback @ self._observer.estimate(measurement))
-
-    def update(self, realised: float) -> None:
-        """Predict the next period with the command that the drive really got."""
-        self._observer.step(realised)
-
-    def linear_law(self) -> LinearLaw:
-        """Filter and feedback as data: the filter runs on the command that the drive really got."""
-        return self._observer.law(self._law)
-
-    def linear(self) -> StateSpace:
-        """Filter and feedback together."""
-        return realised_as_demanded(self.linear_law(), self._period)
-
-
-class Lqg(ObserverLaw):
+class Lqg(LawController):
     """u = K (r, 0, ...) - K x^ - d^: state feedback on what a Kalman filter sees in position and pa - pb.
 
     K minimises the sum of (e/error)^2 + u^2. The filter is a JackObserver: neither a load nor an offset of the drive
@@ -53,11 +21,10 @@ class Lqg(ObserverLaw):
         error: float = number("m", 1e-6, 10.0, "the position error that costs as much as full command", 0.1)
 
     def __init__(self, design: Design, period: float) -> None:
-        self._observer = JackObserver(design, period)
-        self._period, self.measures = period, self._observer.measures
-        position = self._observer.signals["position"][: self._observer.n]
-        feedback = lq_gain(self._observer, design.error)
-        self._law = StateLaw(np.append(feedback, [1.0, 0.0]), float(feedback @ position))
+        observer = JackObserver(design, period)
+        feedback = lq_gain(observer, design.error)
+        follow = float(feedback @ observer.signals["position"][: observer.n])
+        super().__init__(observer.law(StateLaw(np.append(feedback, [1.0, 0.0]), follow), period))
 
 
 def lq_gain(observer: Observer, error: float) -> np.ndarray:

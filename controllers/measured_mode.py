@@ -4,17 +4,15 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
-from workbench.control.by_graph import ByGraph
+from workbench.control.law import LawController
 from workbench.control.nominal_jack import NominalJack
 from workbench.control.protocol import design_numbers, number
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from workbench.control.mode_law import ModeSchedule
 
 
-class OnMeasuredMode(ByGraph):
+class OnMeasuredMode(LawController):
     """u = K (r* - x) - P s/(s + h) (pa - pb) (1 - (x/column)^2) + F s/(s/f + 1)^2 r*,
 
         r* = ((s/n)^2 + T s + 1)/(s/w + 1)^2 r
@@ -73,11 +71,6 @@ class OnMeasuredMode(ByGraph):
     def taken(self) -> float:
         """How far it has gone over to what it has measured, from 0 to 1."""
         return float(self.state[self._meter.states])
-
-    @property
-    def state(self) -> "np.ndarray":
-        """The law's state [n] now."""
-        return self._controller.state
 
 
 def schedule_of(design: OnMeasuredMode.Design) -> "ModeSchedule":

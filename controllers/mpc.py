@@ -1,25 +1,15 @@
 """Linear model predictive control: LQG where no limit is near, and a plan that keeps every limit where one is."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack, Observer, StateLaw
-from workbench.control.linear_law import realised_as_demanded
+from workbench.control.law import LawController
 from workbench.control.mpc_qp import Limits, build_horizon
-from workbench.control.planned_core import PlannedCore
-from workbench.control.planned_lanes import PlannedLanes
-from workbench.control.planned_law import PlannedLaw, planned_graph
-from workbench.control.protocol import LaneController, design_numbers, number
+from workbench.control.planned_law import PlannedLaw, planned_law
+from workbench.control.protocol import design_numbers, number
 from workbench.control.reference_governor import Braking, ReferenceGovernor
-from workbench.control.scheduled_law import ScheduledLaw
-from workbench.linear.state_space import StateSpace, state_space
 
 from .lqg import lq_gain, preview_gains
-
-if TYPE_CHECKING:
-    from workbench.control.graph_law import GraphLaw
 
 _BRAKES = 0.3  # share of the pressure limit's deceleration that is counted on; 0.32 is too much at 1.5 times the mass
 _INSIDE = (
@@ -27,68 +17,7 @@ _INSIDE = (
 )
 
 
-class PredictiveLaw:
-    """What an observer's state feedback and a plan of changes on it do, whatever the plant; Mpc says how."""
-
-    measures: tuple[str, ...]
-    preview: int
-    fallbacks: int
-
-    def _plans(self, planned: PlannedLaw, period: float) -> None:
-        """Be this law, on a plant at rest at 0."""
-        self._planned, self._period, self._kernel = planned, period, planned.kernel()
-        self.measures, self.preview = planned.observer.measures, planned.feedforward.shape[1] - 1
-        self.reset(0.0, dict.fromkeys(self.measures, 0.0), 0.0)
-
-    @property
-    def state(self) -> np.ndarray:
-        """The filter's state [n] now, before this period's signals."""
-        return self._state
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the filter sees a plant at rest, whose drive needs the command that it holds."""
-        signals = {name: np.array([measurement[name]]) for name in self.measures}
-        self._state = self._planned.start(signals, np.array([reference]), np.array([command]))[:, 0]
-        self._asked, self._sent, self.fallbacks = reference, command, 0
-        self._future: np.ndarray | None = None
-
-    def set_preview(self, future: np.ndarray) -> None:
-        """The reference now and over the next `preview` samples [preview + 1], before each `compute`."""
-        self._future = future
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The LQG law on what the filter makes of these signals, and the first change of the plan."""
-        signals = [measurement[name] for name in self.measures]
-        future = np.full(self.preview + 1, reference) if self._future is None else self._future
-        self._found = self._kernel(np.concatenate((self._state, [self._asked, self._sent], signals, future))).copy()
-        return float(self._found[0])
-
-    def update(self, realised: float) -> None:
-        """Predict the next period with the command that the drive really got."""
-        self.fallbacks += int(self._found[1] < 1)
-        self._asked, self._sent = float(self._found[2]), realised
-        self._state = self._found[3:] + self._planned.observer.entering * realised
-
-    def linear(self) -> StateSpace:
-        """Filter and feedback together, far from every limit."""
-        return realised_as_demanded(self._planned.observer.law(self._planned.law), self._period)
-
-    def scheduled_law(self) -> ScheduledLaw:
-        """In the form that is exported; raises InputError for a law with a preview."""
-        names, none = ["reference", *self.measures], np.zeros((1, 1 + len(self.measures)))
-        silent = state_space(np.zeros((0, 0)), none[:0], none[:, :0], none, self._period, names, ["command"])
-        return ScheduledLaw(silent, core=PlannedCore.of(self._planned, self._kernel))
-
-    def graph_law(self) -> "GraphLaw | None":
-        """The law, where it knows no reference ahead."""
-        return None if self.preview else planned_graph(self._planned, self._kernel)
-
-    def lanes(self) -> LaneController:
-        """The same law on many plants at once."""
-        return PlannedLanes(self._planned, self._kernel)
-
-
-class Mpc(PredictiveLaw):
+class Mpc(LawController):
     """u = v - K x^ - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
 
     v is K r, or with a preview the LQ optimum's share of the references to come. Every period a quadratic programme
@@ -128,7 +57,7 @@ class Mpc(PredictiveLaw):
         governor = ReferenceGovernor(observer, law.feedback, feedforward, braking)
         horizon = build_horizon(observer, law.feedback, limits, samples, round(d.moves))
         planned = PlannedLaw(observer, law, feedforward, governor, horizon, limits, round(d.iterations))
-        self._plans(planned, period)
+        super().__init__(planned_law(planned, period))
 
 
 def _feedforward(observer: Observer, error: float, follow: float, samples: int, preview: int) -> np.ndarray:

@@ -1,17 +1,18 @@
 """PID with a lead corrector on the position error: filtered derivative, anti-windup on the realised command."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from workbench.control.linear_law import LinearLaw
+from workbench.control.law import Law, LawController
 from workbench.control.protocol import design_numbers, number
-from workbench.linear.state_space import StateSpace, of_sum, state_space
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
-class PidLead:
+class PidLead(LawController):
     """U(s) = K (1 + 1/(Ti s) + Td s/(Td/N s + 1)) (1 + T s)/(1 + T s/a) E(s), sampled by Tustin's rule.
 
     The lead passes steps a times larger, so the command limit matters: the integrator follows the command that the
@@ -32,103 +33,67 @@ class PidLead:
         lead_ratio: float = number("1", 1.0, 50.0, "a: the lead's pole is at a/T", 1.0)
 
     def __init__(self, design: Design, period: float) -> None:
-        self._design, self._period = design, period
-        d = design
-        self._integral = d.gain * period / (2 * d.integral_time)
-        self._follow = min(1.0, period / (np.sqrt(d.integral_time * d.derivative_time) or d.integral_time))
-        self._lead = _first_order(d.lead_time, 1.0, d.lead_time / d.lead_ratio, 1.0, period)
-        self._slope = _first_order(
-            d.gain * d.derivative_time, 0.0, d.derivative_time / d.derivative_filter, 1.0, period
-        )
-        self._states = (0.0, 0.0, 0.0)
-        self._error = 0.0
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: the lead rests at this error and the integrator carries the command."""
-        error = self._error = reference - measurement["position"]
-        resting = self._lead.rest(error), self._slope.rest(error)
-        self._states = (*resting, 0.0)
-        self._states = (*resting, command - self._parts(error)[3])
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The sum of the three terms on the led error."""
-        self._error = reference - measurement["position"]
-        return self._parts(self._error)[3]
-
-    def update(self, realised: float) -> None:
-        """Advance lead, derivative and integrator; the integrator takes up what the drive did not do."""
-        led, _, integral, demanded = self._parts(self._error)
-        lead, slope, _ = self._states
-        wound = integral + self._integral * led + self._follow * (realised - demanded)
-        self._states = (self._lead.next(lead, self._error), self._slope.next(slope, led), wound)
-
-    def _parts(self, error: float) -> tuple[float, float, float, float]:
-        lead, slope, stored = self._states
-        led = self._lead.out(lead, error)
-        derivative = self._slope.out(slope, led)
-        integral = stored + self._integral * led
-        return led, derivative, integral, self._design.gain * led + derivative + integral
-
-    def linear_law(self) -> LinearLaw:
-        """The law as data: lead, derivative and integrator, which takes up what the drive did not do."""
-        lead, slope, follow = self._lead, self._slope, self._follow
-        a, b, c, d = self._matrices()
-        a[2] -= follow * c
-        b[2] -= follow * d
-
-        def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            error = float(signals[0] - signals[1])
-            x = np.array([lead.rest(error), slope.rest(error), 0.0])
-            x[2] = command - c @ x - d * error
-            return x, 0.0
-
-        both = np.array([1.0, -1.0])
-        return LinearLaw(a, np.outer(b, both), c, d * both, np.array([0, 0, follow]), self.measures, start)
-
-    def linear(self) -> StateSpace:
-        """The same law without the command limit."""
-        a, b, c, d = self._matrices()
-        law = state_space(a, b[:, None], c[None], [[d]], self._period, ["error"], ["command"])
-        return of_sum(law, {"reference": 1.0, "position": -1.0})
-
-    def _matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """a [3, 3], b [3], c [3], d from error to command; states of lead, derivative and integrator."""
-        lead, slope, half = self._lead, self._slope, self._integral
-        through = self._design.gain + slope.d + half
-        return (
-            np.array([[lead.a, 0, 0], [slope.b * lead.c, slope.a, 0], [2 * half * lead.c, 0, 1]]),
-            np.array([lead.b, slope.b * lead.d, 2 * half * lead.d]),
-            np.array([through * lead.c, slope.c, 1.0]),
-            through * lead.d,
-        )
+        super().__init__(_law(design, period))
 
 
-@dataclass(frozen=True)
-class _FirstOrder:
-    """x' = a x + b e (next sample), y = c x + d e."""
+def _law(d: PidLead.Design, period: float) -> Law:
+    """The states are those of lead, derivative and integral."""
+    numbers = {
+        "gain": d.gain,
+        "half": d.gain * period / (2 * d.integral_time),
+        "follow": min(1.0, period / (np.sqrt(d.integral_time * d.derivative_time) or d.integral_time)),
+        "lead": _first_order(d.lead_time, 1.0, d.lead_time / d.lead_ratio, 1.0, period),
+        "slope": _first_order(d.gain * d.derivative_time, 0.0, d.derivative_time / d.derivative_filter, 1.0, period),
+    }
 
-    a: float
-    b: float
-    c: float
-    d: float
+    def terms(x: SimpleNamespace, error: "ca.SX", q: SimpleNamespace) -> tuple["ca.SX", "ca.SX"]:
+        """The led error, and the sum of the three terms on it."""
+        led = _out(q.lead, x.lead, error)
+        return led, q.gain * led + _out(q.slope, x.slope, led) + (x.integral + q.half * led)
 
-    def out(self, x: float, e: float) -> float:
-        return self.c * x + self.d * e
+    def command(x: SimpleNamespace, s: SimpleNamespace, o: "ca.SX", q: SimpleNamespace) -> "ca.SX":
+        return terms(x, s.reference - s.position, q)[1] + o
 
-    def next(self, x: float, e: float) -> float:
-        return self.a * x + self.b * e
+    def advance(x: SimpleNamespace, s: SimpleNamespace, v: "ca.SX", o: "ca.SX", q: SimpleNamespace) -> list["ca.SX"]:
+        """The integral takes up what the drive did not do."""
+        error = s.reference - s.position
+        led, demanded = terms(x, error, q)
+        integral = x.integral + 2 * q.half * led + q.follow * (v - o - demanded)
+        return [q.lead[0] * x.lead + q.lead[1] * error, q.slope[0] * x.slope + q.slope[1] * led, integral]
 
-    def rest(self, e: float) -> float:
-        """The state that stays as it is under a constant input."""
-        return self.b * e / (1 - self.a)
+    def start(s: SimpleNamespace, u: "ca.SX") -> tuple[list["ca.SX"], float]:
+        """The lead rests at this error, and the integral carries the command."""
+        error, (a, b, *_), half = s.reference - s.position, numbers["lead"], numbers["half"]
+        lead = b * error / (1 - a)
+        led = _out(numbers["lead"], lead, error)
+        slope = numbers["slope"][1] * led / (1 - numbers["slope"][0])
+        return [lead, slope, u - _out(numbers["slope"], slope, led) - (d.gain + half) * led], 0.0
+
+    states = "lead", "slope", "integral"
+    return Law.of(
+        command,
+        advance,
+        start,
+        states=states,
+        numbers=numbers,
+        measures=PidLead.measures,
+        period=period,
+        key="pid-lead",
+    )
 
 
-def _first_order(b1: float, b0: float, a1: float, a0: float, period: float) -> _FirstOrder:
-    """(b1 s + b0)/(a1 s + a0) by Tustin's rule at `period` [s]; not by matrices, as a time a1 may vanish."""
+def _out(filtered: Any, x: Any, e: Any) -> Any:
+    """c x + d e of a filter (a, b, c, d)."""
+    return filtered[2] * x + filtered[3] * e
+
+
+def _first_order(b1: float, b0: float, a1: float, a0: float, period: float) -> tuple[float, float, float, float]:
+    """(b1 s + b0)/(a1 s + a0) by Tustin's rule at `period` [s], x+ = a x + b e, y = c x + d e; not by matrices, as a
+    time a1 may vanish."""
     if a1 == b1 == 0:
-        return _FirstOrder(0.0, 0.0, 0.0, b0 / a0)
+        return 0.0, 0.0, 0.0, b0 / a0
     down = 2 * a1 / period + a0
     pole = (2 * a1 / period - a0) / down
     direct = (2 * b1 / period + b0) / down
     delayed = (b0 - 2 * b1 / period) / down
-    return _FirstOrder(pole, 1.0, delayed + pole * direct, direct)
+    return pole, 1.0, delayed + pole * direct, direct

@@ -16,16 +16,13 @@ n may be 0, and bound inf. At a start the past has been at rest. So past samples
 is a row of A, and a scaled observation (signal - zero) / full scale is a row of D and an entry of shift.
 """
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from workbench.control.by_graph import ByGraph
-from workbench.control.linear_law import static
+from workbench.control.law import LawController, static_law
 from workbench.control.network import Network
 from workbench.control.network_file import read_network
 from workbench.control.protocol import design_numbers, from_file
-
-if TYPE_CHECKING:
-    from workbench.control.graph_law import GraphLaw
+from workbench.control.shell import around
 
 
 @design_numbers
@@ -42,23 +39,16 @@ class PolicyOn:
     Design = PolicyDesign
 
     def __init__(self, design: PolicyDesign, period: float) -> None:
-        self._network, self._period = design.network, period
+        from workbench.control.network_law import network_shell
 
-    def around(self, inner: "GraphLaw") -> "GraphLaw":
-        """A law with the network on top."""
-        from workbench.control.network_law import with_network
-
-        return with_network(inner, self._network, self._period)
+        self.shell = network_shell(design.network, period)
 
 
-class Policy(ByGraph):
+class Policy(LawController):
     """A trained network by itself."""
 
     Design = PolicyDesign
 
     def __init__(self, design: PolicyDesign, period: float) -> None:
-        from workbench.control.graph_law import as_graph
-
-        nothing = as_graph(static([0.0, 0.0], design.network.signals[:1]))
-        super().__init__(PolicyOn(design, period).around(nothing))
-        self.measures = self.graph_law().measures
+        nothing = static_law([0.0, 0.0], design.network.signals[:1], period)
+        super().__init__(around(nothing, PolicyOn(design, period).shell))

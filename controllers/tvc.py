@@ -1,19 +1,19 @@
 """Three-variable control of test rigs: displacement, velocity and acceleration, each asked for and fed back."""
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
-from workbench.control.discrete_filter import Filter
-from workbench.control.linear_law import LinearLaw, resting
+from workbench.control.law import LawController, linear_law
 from workbench.control.protocol import design_numbers, number
 from workbench.linear.interconnect import parallel
 from workbench.linear.sampling import hold_matrices
 from workbench.linear.state_space import StateSpace, state_space
 
+_STATES = "reference", "reference_velocity", "reference_acceleration", "displacement", "velocity"
 
-class Tvc:
+
+class Tvc(LawController):
     """u = kx (xr - x) + kv (vr - v) + ka (ar - a) + (vr + 2 d ar/wn)/Kv.
 
     A reference generator makes xr, vr, ar of the reference: a low pass 1/(s/wr + 1)^3 and its derivatives. The velocity
@@ -44,37 +44,8 @@ class Tvc:
         crossover: float = number("Hz", 0.1, 1e3, "where velocity is taken from acceleration rather than displacement")
 
     def __init__(self, design: Design, period: float) -> None:
-        self._law = _law(design, period)
-        self._filter = Filter(self._law)
-        self._offset = 0.0
-        self._signals = [0.0] * 3
-
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start without a bump: generator and observer rest, and an offset keeps the command that the drive holds."""
-        signals = self._look(reference, measurement)
-        self._filter.rest(signals)
-        self._offset = command - self._filter.out(signals)
-
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The sum of the three terms and the feed-forward, and the command found at the start."""
-        return self._filter.out(self._look(reference, measurement)) + self._offset
-
-    def update(self, realised: float) -> None:
-        """Advance generator and observer: neither asks what the drive did."""
-        self._filter.step(self._signals)
-
-    def _look(self, reference: float, measurement: Mapping[str, float]) -> list[float]:
-        self._signals = [reference, *(measurement[name] for name in self.measures)]
-        return self._signals
-
-    def linear_law(self) -> LinearLaw:
-        """The law as data."""
-        a, b, c, d = (np.asarray(part) for part in (self._law.A, self._law.B, self._law.C[0], self._law.D[0]))
-        return LinearLaw(a, b, c, d, np.zeros(len(a)), self.measures, resting(a, b, c, d))
-
-    def linear(self) -> StateSpace:
-        """The law, which is linear."""
-        return self._law
+        a, b, c, d = _system(design, period).matrices
+        super().__init__(linear_law(a, b, c[0], d[0], np.zeros(len(a)), self.measures, period, names=_STATES))
 
 
 def gains(design: Tvc.Design) -> tuple[float, float, float]:
@@ -84,7 +55,7 @@ def gains(design: Tvc.Design) -> tuple[float, float, float]:
     return p * w**2 / drive, (w**2 + 2 * z * w * p - wn**2) / drive, (p + 2 * z * w - 2 * d * wn) / drive
 
 
-def _law(design: Tvc.Design, period: float) -> StateSpace:
+def _system(design: Tvc.Design, period: float) -> StateSpace:
     """States: xr, vr, ar of the generator, then displacement and velocity of the observer."""
     kx, kv, ka = gains(design)
     forward = np.array([0.0, 1.0, 2 * design.jack_damping / (2 * np.pi * design.jack_frequency)]) / design.velocity_gain

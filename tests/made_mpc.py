@@ -8,7 +8,10 @@ import numpy as np
 
 from controllers.mpc import Mpc
 from workbench.commands.run.config import load_config
+from workbench.control.law import LawController
+from workbench.control.planned_law import planned_law
 from workbench.control.reference_governor import Braking, ReferenceGovernor
+from workbench.control.shell import around
 
 PERIOD = 1e-3
 JACK = {
@@ -33,24 +36,37 @@ def shipped(name):
     return shipped_spec(name).build(PERIOD)
 
 
-def ungoverned(mpc):
+def planned(controller):
+    """What a predictive law is made of, whatever is around it."""
+    law = controller.graph_law()
+    while law.inner is not None:
+        law = law.inner
+    return law.planned
+
+
+def ungoverned(controller):
     """The same without a governor."""
-    law = mpc._planned
-    free = ReferenceGovernor(law.observer, law.law.feedback, law.feedforward, Braking(1e6, 5.0, 30.0))
-    mpc._plans(replace(law, governor=free), PERIOD)
-    return mpc
+    return LawController(_ungoverned(controller.graph_law()))
+
+
+def _ungoverned(law):
+    if law.inner is not None:
+        return around(_ungoverned(law.inner), law.shell)
+    plan = law.planned
+    free = ReferenceGovernor(plan.observer, plan.law.feedback, plan.feedforward, Braking(1e6, 5.0, 30.0))
+    return planned_law(replace(plan, governor=free), PERIOD)
 
 
 def at_state(mpc, state, reference, before):
     """What the kernel finds where the filter's state is given: no signal corrects it."""
-    return mpc._kernel(np.concatenate((state, [0.0, before], np.full(len(mpc.measures), np.nan), [reference])))
+    return planned(mpc).kernel(np.concatenate((state, [0.0, before], np.full(len(mpc.measures), np.nan), [reference])))
 
 
 def drawn_states(mpc, count, seed):
     """States, references and last commands, most of them near a limit."""
-    drawn, n = np.random.default_rng(seed), mpc._planned.observer.n
+    drawn, n = np.random.default_rng(seed), planned(mpc).observer.n
     for _ in range(count):
-        state = np.zeros(len(mpc.state))
+        state = np.zeros(len(planned(mpc).law.feedback))
         state[:3] = drawn.normal(0, [0.1, 2e-3, 2e-3])
         state[n : n + 2] = drawn.normal(0, [0.02, 1e6])
         yield state, drawn.normal(0, 0.1), drawn.normal(0, 0.05)

@@ -1,7 +1,9 @@
-"""Runs Structured Text of IEC 61131-3: parsed by blark's grammar, evaluated statement by statement."""
+"""Runs Structured Text of IEC 61131-3: parsed by blark's grammar and evaluated statement by statement, which takes its
+time, or line by line as Python, for text that writes a statement a line."""
 
 import math
 import operator
+import re
 from collections.abc import Mapping
 from itertools import product
 from typing import Any
@@ -18,10 +20,23 @@ _BINARY = {
     "<=": operator.le,
     ">": operator.gt,
     ">=": operator.ge,
+    "<>": operator.ne,
     "AND": lambda a, b: a and b,
     "OR": lambda a, b: a or b,
 }
-_FUNCTIONS = {"MAX": max, "MIN": min, "ABS": abs, "SQRT": math.sqrt}
+_FUNCTIONS = {
+    "MAX": max,
+    "MIN": min,
+    "ABS": abs,
+    "SQRT": math.sqrt,
+    "EXP": math.exp,
+    "EXPT": pow,
+    "SIN": math.sin,
+    "COS": math.cos,
+    "SEL": lambda chosen, no, yes: yes if chosen else no,
+    "TRUNC": math.trunc,
+    "DINT_TO_LREAL": float,
+}
 _START = {"BOOL": False, "INT": 0, "LREAL": 0.0}
 
 
@@ -132,3 +147,61 @@ def _numbers(value: Any) -> Any:
         yield from (-number for number in _numbers(value.expr))
     else:
         yield float(str(value.value))
+
+
+class Block:
+    """A function block as Python: its variables are `values`."""
+
+    def __init__(self, text: str, name: str) -> None:
+        text = re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL)
+        whole = text.partition(f"FUNCTION_BLOCK {name}\n")[2].partition("END_FUNCTION_BLOCK")[0]
+        declared, _, body = whole.rpartition("END_VAR")
+        self.values: dict[str, Any] = dict(_declared(declared))
+        self._code = compile("\n".join(_as_python(body)), name, "exec")
+
+    def __call__(self, **inputs: Any) -> float:
+        """One cycle; its output `command`."""
+        self.values |= inputs
+        exec(self._code, _FUNCTIONS, self.values)
+        return self.values["command"]
+
+
+def _declared(text: str) -> Any:
+    pattern = r"(\w+) : (?:ARRAY\[0\.\.(\d+)\] OF )?(LREAL|INT|BOOL)(?: := \[([^\]]*)\])?;"
+    for name, last, kind, values in re.findall(pattern, text):
+        if values:
+            yield name, [float(word) for word in values.split(",")]
+        else:
+            yield name, [_START[kind]] * (int(last) + 1) if last else _START[kind]
+
+
+def _as_python(body: str) -> Any:
+    """Lines of Python; one that is no statement of the few forms that are written is a SyntaxError."""
+    depth = 0
+    for line in filter(None, map(str.strip, body.splitlines())):
+        if line.startswith(("END_", "ELSE", "ELSIF")):
+            depth -= 1
+        if line.startswith("END_"):
+            continue
+        head = re.match(r"(IF|ELSIF|WHILE) (.*) (?:THEN|DO)$", line)
+        loop = re.match(r"FOR (\w+) := (.*) TO (.*) DO$", line)
+        if head:
+            word = {"IF": "if", "ELSIF": "elif", "WHILE": "while"}[head[1]]
+            text = f"{word} {_expression(head[2])}:"
+        elif loop:
+            text = f"for {loop[1]} in range({_expression(loop[2])}, {_expression(loop[3])} + 1):"
+        elif line in ("ELSE", ";"):
+            text = {"ELSE": "else:", ";": "pass"}[line]
+        else:
+            target, value = line.removesuffix(";").split(" := ")
+            text = f"{target} = {_expression(value)}"
+        yield "    " * depth + text
+        depth += text.endswith(":")
+
+
+def _expression(text: str) -> str:
+    """In Python's words."""
+    text = re.sub(r"(?<![<>=])=(?!=)", "==", text).replace("<>", "!=").replace("<==", "<=").replace(">==", ">=")
+    for word, other in (("AND", "and"), ("OR", "or"), ("NOT", "not"), ("TRUE", "True"), ("FALSE", "False")):
+        text = re.sub(rf"\b{word}\b", other, text)
+    return text

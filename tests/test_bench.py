@@ -17,11 +17,11 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
+from workbench.control.protocol import graph_law
 from workbench.linear.frequency_response import first_harmonic
 from workbench.loop.choice import choice
 from workbench.loop.envelope import envelope, steps
 from workbench.loop.hard_goals import linear_goals, motion_goals
-from workbench.loop.lane_loop import plays_in_lanes
 from workbench.loop.limit import settling_limit
 from workbench.loop.limits import Limits
 from workbench.loop.rig_variations import with_delay
@@ -338,5 +338,5 @@ def test_a_law_of_ones_own_is_judged_on_the_same_plants_as_the_others(config):
     space = envelope({name: with_delay(rig, 0.3e-3) for name, rig in config.loops[0].rigs.items()})
     law = controller(config, "p").build(1e-3)
     alone = SimpleNamespace(measures=law.measures, compute=law.compute, update=law.update, reset=law.reset)
-    assert not plays_in_lanes(alone)
+    assert graph_law(alone) is None
     assert space.played(alone).names == space.played(law).names == space.varied.names

@@ -21,8 +21,9 @@ from envs.bench.task import load_bench_task
 from workbench.base.errors import InputError
 from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.train.config import load_train
-from workbench.control.graph_law import GraphController
-from workbench.control.network_law import with_network
+from workbench.control.law import LawController
+from workbench.control.network_law import network_shell
+from workbench.control.shell import around
 from workbench.loop.batch import run_lanes
 from workbench.loop.sensors import settling_band
 from workbench.loop.step_metrics import overshoot, settling_time
@@ -97,7 +98,7 @@ def test_a_policy_in_it_does_what_its_law_does_under_a_bench(tmp_path, decision)
     for _ in range(task.steps):
         shown = core.step(decided(policy, shown)).observation  # in float32, the law in float64
         positions.append(core.position.copy())
-    t, law = np.arange(task.steps * task.periods + 1) * 1e-3, with_network(task.law, policy, 1e-3)
+    t, law = np.arange(task.steps * task.periods + 1) * 1e-3, around(task.law, network_shell(policy, 1e-3))
     for lane, (plant, scenario) in enumerate(zip(core.plant, core.scenario, strict=True)):
         on, course = plants.some([plant]), task.scenarios[scenario]
         asked = course.reference(t) * (-1 if on.position[0] > 0 else 1)
@@ -165,7 +166,7 @@ def test_what_is_saved_runs_as_any_controller(path, tmp_path):
     task = load_bench_task(path, policy)
     (spec,) = load_steps(save_policy(policy, task, tmp_path / "mine")).controllers
     assert spec.compensators[-1].design.network == policy
-    assert isinstance(spec.build(1e-3), GraphController)
+    assert isinstance(spec.build(1e-3), LawController)
 
 
 @pytest.mark.parametrize(

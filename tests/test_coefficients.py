@@ -1,4 +1,4 @@
-"""Coefficients for a rig's own controller: scipy's sosfilt of what is printed is what the controller object does."""
+"""Coefficients for a rig's own controller: scipy's sosfilt of what is printed is the controller, unlimited."""
 
 import json
 from pathlib import Path
@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from scipy.signal import sosfilt
 from test_controllers import CONTROLLERS, EXPERIMENTS, PERIOD, PRESSURE, make, spelled
-from test_graph_law import Network
+from test_law import Network
 
 from workbench.base.errors import InputError
 from workbench.base.table import Table
 from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.control.controller_spec import controller_spec
-from workbench.control.export import as_json, as_text, coefficients, replay
+from workbench.control.export import Program, as_json, as_text, coefficients, replay
+from workbench.control.law import law_of_view
+from workbench.control.protocol import graph_law
+from workbench.linear.state_space import as_state_space
 
 
 def answer(printed):
@@ -38,10 +41,16 @@ def answer(printed):
     return command + sine["amplitude"] * np.sin(2 * np.pi * turns)
 
 
+def printed_of(controller):
+    """What --json prints of a controller, through its text."""
+    law = graph_law(controller)
+    return json.loads(json.dumps(as_json(Program("law", law), coefficients(law))))
+
+
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_printed_sections_are_the_controller(name):
     """To 1e-9 of the largest command, through the text of JSON, run anew on the controller object."""
-    printed = json.loads(json.dumps(as_json(coefficients(make(name), PERIOD))))
+    printed = printed_of(make(name))
     controller, inputs = make(name), printed["vector"]
     controller.reset(0.0, dict.fromkeys(controller.measures, 0.0), 0.0)
     wanted = []
@@ -75,7 +84,7 @@ def around(name, *compensators):
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_schedules_and_maps_are_exported(name, after):
     """Laws that learn the realised command (anti-windup, observer) too: theirs is the demand less what was added."""
-    printed = json.loads(json.dumps(as_json(coefficients(around(name, PRESSURE, SCHEDULED, LAP, *after), PERIOD))))
+    printed = printed_of(around(name, PRESSURE, SCHEDULED, LAP, *after))
     scheduled = [channel["signal"] for channel in printed["channels"] if "scale" in channel]
     assert scheduled == ["pa", "pb"]
     controller, inputs, expected = around(name, PRESSURE, SCHEDULED, LAP, *after), printed["vector"], []
@@ -90,7 +99,7 @@ def test_schedules_and_maps_are_exported(name, after):
 @pytest.mark.parametrize("name", ["pid-lead", "tvc", "lqg"])
 def test_the_vector_covers_schedule_and_map(name):
     """An export without either, or with a factor for the whole schedule, does not give the vector."""
-    printed = as_json(coefficients(around(name, SCHEDULED, LAP), PERIOD))
+    printed = printed_of(around(name, SCHEDULED, LAP))
     command = np.array(printed["vector"]["command"])
     assert np.ptp(printed["vector"]["position"]) > 0.5
     flat = {**printed, "channels": [{k: v for k, v in c.items() if k != "scale"} for c in printed["channels"]]}
@@ -100,8 +109,9 @@ def test_the_vector_covers_schedule_and_map(name):
 
 
 def test_the_text_has_schedule_and_map():
-    exported = coefficients(around("p", SCHEDULED, LAP), PERIOD)
-    text = as_text("p", exported)
+    law = graph_law(around("p", SCHEDULED, LAP))
+    exported = coefficients(law)
+    text = as_text(Program("p", law), exported)
     assert "command = sum of the channels, mapped" in text
     for line in ("its output times a factor over the measured position", "the sum goes through a map"):
         assert line in text
@@ -113,42 +123,84 @@ def test_the_text_has_schedule_and_map():
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: Network(0), "Network is no linear law with scheduled compensators; it cannot be exported"),
-        (lambda: around("p", LAP, PRESSURE), "compensators behind a map of the command cannot be exported"),
-        (lambda: around("p", LAP, LAP), "compensators behind a map of the command cannot be exported"),
-        (lambda: around("p", DITHER, PRESSURE), "compensators behind a dither cannot be exported"),
-        (lambda: around("p", DITHER, DITHER), "compensators behind a dither cannot be exported"),
+        (lambda: Network(0), "no sum of filters with schedules"),
+        (lambda: around("p", LAP, PRESSURE), "compensators behind a map of the command have no coefficients"),
+        (lambda: around("p", LAP, LAP), "compensators behind a map of the command have no coefficients"),
+        (lambda: around("p", DITHER, PRESSURE), "compensators behind a dither have no coefficients"),
+        (lambda: around("p", DITHER, DITHER), "compensators behind a dither have no coefficients"),
     ],
 )
-def test_a_law_of_another_form_is_refused(build, message):
+def test_a_law_of_another_form_has_no_sections(build, message):
     with pytest.raises(InputError, match=message):
-        coefficients(build(), PERIOD)
+        coefficients(graph_law(build()))
 
 
-def test_a_law_that_cannot_be_exported_leaves_the_others_theirs(capsys):
+def test_a_law_without_sections_says_why_and_has_its_code(capsys):
     assert main(["coefficients", str(EXPERIMENTS / "position_mpc.toml"), "--json"]) == 0
     printed, notes = capsys.readouterr()
-    assert list(json.loads(printed)) == ["p-dp", "mpc", "mpc-bare"]
-    (line,) = notes.splitlines()
-    assert "mpc-preview: a law that knows its reference ahead cannot be exported" in line
-    assert main(["coefficients", str(EXPERIMENTS / "position_mpc.toml"), "--controller", "mpc-preview"]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    laws = json.loads(printed)
+    assert list(laws) == ["p-dp", "mpc", "mpc-preview", "mpc-bare"]
+    assert notes == ""
+    assert "knows its reference ahead" in laws["mpc-preview"]["without_sections"]
+    ahead = np.array(laws["mpc-preview"]["code"]["reference"])
+    assert ahead.shape[1] > 1
+    assert ahead[0, 1] == ahead[1, 0]
+    assert main(["coefficients", str(EXPERIMENTS / "position_mpc.toml"), "--controller", "mpc-preview"]) == 0
+    assert "--out leaves it" in capsys.readouterr().out
 
 
-def test_a_law_that_measures_its_specimen_is_exported_as_on_that_of_its_design(capsys):
-    assert main(["coefficients", str(EXPERIMENTS / "force_tuned.toml"), "--json"]) == 0
-    printed, notes = capsys.readouterr()
-    assert list(json.loads(printed)) == ["p-dp-force", "mpc-force"]
-    (line,) = notes.splitlines()
-    assert "p-dp-force: as on the specimen of its design" in line
+OWN = """
+from workbench.linear.state_space import state_space
+
+
+class Clamped:
+    measures = ("position",)
+
+    class Design:
+        pass
+
+    def __init__(self, design, period):
+        self._period = period
+
+    def reset(self, reference, measurement, command):
+        pass
+
+    def compute(self, reference, measurement):
+        return min(0.02, 3.0 * (reference - measurement["position"]))
+
+    def update(self, realised):
+        pass
+
+    def linear(self):
+        return state_space([], [], [], [[3.0, -3.0]], self._period, ["reference", "position"], ["command"])
+"""
+
+
+def test_a_controller_in_plain_python_is_exported_by_its_linear_view_only_where_that_is_asked(tmp_path, capsys):
+    text = OWN.replace("    class Design:\n        pass", "    @dataclass\n    class Design:\n        pass")
+    (tmp_path / "own.py").write_text("from dataclasses import dataclass\n" + text)
+    own = '[controllers.own]\nuse = "own.py:Clamped"\n'
+    experiment = tmp_path / "own.toml"
+    experiment.write_text(
+        'experiment = "step"\nrig = "jack-10t"\nscenarios = ["position-10mm"]\n'
+        f"{own}[bode]\nlow_hz = 0.5\nhigh_hz = 30\npoints = 3\namplitudes_mm = [1]\n"
+    )
+    assert main(["coefficients", str(experiment)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "own: computes in Python" in line
+    assert "--linear" in line
+    assert main(["coefficients", str(experiment), "--linear", "--out", str(tmp_path / "laws")]) == 0
+    for suffix in ("c", "h", "st"):
+        assert "Without its limits, its anti-windup" in (tmp_path / "laws" / f"own.{suffix}").read_text()[:400]
+    assert "its limits" in json.loads((tmp_path / "laws" / "own.json").read_text())["left_out"]
 
 
 @pytest.mark.parametrize(("experiment", "name"), [("position_mpc", "mpc"), ("force_tuned", "mpc-force")])
 def test_the_vector_of_a_predictive_law_has_work_for_its_plan(experiment, name):
     """In some samples of it the plan moves the command by the rate that it is allowed; its law has no such limit."""
     (spec,) = (spec for spec in load_config(EXPERIMENTS / f"{experiment}.toml").controllers if spec.name == name)
-    exported = coefficients(spec.build(PERIOD), PERIOD)
-    core = exported.planned.core
+    exported = coefficients(graph_law(spec.build(PERIOD)))
+    core = exported.planned.tables
     fastest = core.kernel.table("RATE")[0]
     inputs, jump = exported.vector, np.abs(np.diff(exported.vector["command"]))
     assert np.count_nonzero(jump > 0.9 * fastest) > 0
@@ -157,27 +209,10 @@ def test_the_vector_of_a_predictive_law_has_work_for_its_plan(experiment, name):
     assert np.abs(replay(exported) - inputs["command"]).max() > 0.1 * np.abs(inputs["command"]).max()
 
 
-class Linear:
-    """A controller that is nothing but a discrete state space."""
-
-    measures = ("position",)
-
-    def __init__(self, a, b, c, d):
-        self._law = control.StateSpace(a, b, c, d, PERIOD, inputs=["reference", "position"], outputs=["command"])
-        self._x = np.zeros(len(self._law.A))
-
-    def linear(self):
-        return self._law
-
-    def reset(self, reference, measurement, command):
-        self._x = 0 * self._x
-
-    def compute(self, reference, measurement):
-        self._u = np.array([reference, measurement["position"]])
-        return (np.asarray(self._law.C) @ self._x + np.asarray(self._law.D) @ self._u).item()
-
-    def update(self, realised):
-        self._x = np.asarray(self._law.A) @ self._x + np.asarray(self._law.B) @ self._u
+def linear(a, b, c, d):
+    """A law that is nothing but a discrete state space."""
+    view = control.StateSpace(a, b, c, d, PERIOD, inputs=["reference", "position"], outputs=["command"])
+    return law_of_view(as_state_space(view), ("position",))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -195,20 +230,20 @@ def test_any_stable_law_has_sections(seed, direct, late):
     if late:
         whole = np.block([[a, np.zeros((n, late))], [np.eye(late, 1) @ c, way]])
         a, b, c, d = whole, np.vstack((b, np.eye(late, 1) @ d)), np.hstack((np.zeros((1, n)), last)), 0 * d
-    found = coefficients(Linear(a, b, c, d), PERIOD)
+    found = coefficients(linear(a, b, c, d))
     assert replay(found) == pytest.approx(found.vector["command"], abs=1e-9)
     assert [channel.signal for channel in found.channels] == ["reference", "position"]
 
 
 def test_opposite_inputs_are_one_error():
-    law = Linear([[0.5]], [[1.0, -1.0]], [[2.0]], [[1.0, -1.0]])
-    found = coefficients(law, PERIOD)
+    law = linear([[0.5]], [[1.0, -1.0]], [[2.0]], [[1.0, -1.0]])
+    found = coefficients(law)
     assert [channel.signal for channel in found.channels] == ["error"]
     assert found.channels[0].sections[0] == pytest.approx([1, 1.5, 0, 1, -0.5, 0])
 
 
 def test_a_law_that_does_nothing_has_sections_too():
-    found = coefficients(Linear(np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0)), [[0.0, 0.0]]), PERIOD)
+    found = coefficients(linear(np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0)), [[0.0, 0.0]]))
     assert np.all(replay(found) == 0)
 
 
@@ -219,12 +254,13 @@ def test_what_sections_can_not_give_is_said():
     a = turn @ (0.9 * np.eye(n) + np.eye(n, k=1)) @ turn.T
     b = turn @ np.hstack((np.eye(n, 1, 1 - n), np.zeros((n, 1))))
     with pytest.raises(InputError, match="its poles are too close"):
-        coefficients(Linear(a, b, np.eye(1, n) @ turn.T, [[1.0, 0.0]]), PERIOD)
+        coefficients(linear(a, b, np.eye(1, n) @ turn.T, [[1.0, 0.0]]))
 
 
 def test_the_text_has_every_digit():
-    found = coefficients(make("crone2"), PERIOD)
-    words = as_text("crone2", found).split()
+    law = graph_law(make("crone2"))
+    found = coefficients(law)
+    words = as_text(Program("crone2", law), found).split()
     for channel in found.channels:
         for value in channel.sections[:, [0, 1, 2, 4, 5]].ravel():
             assert f"{value:.17g}" in words

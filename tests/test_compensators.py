@@ -11,7 +11,8 @@ from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
 from controllers.tvc import Tvc
 from controllers.velocity import VelocityCompensation
-from workbench.control.compensators import Compensated, Deflection, OnLoadCell
+from workbench.control.compensators import compensated, deflection, surrounded
+from workbench.control.shell import LoadCellShell
 
 PERIOD = 1e-5  # s: next to continuous
 GAIN, MODE, DAMPING, MASS, AREA = 7.1, 2 * np.pi * 27.4, 0.02, 1000.0, 4.67e-3
@@ -57,13 +58,13 @@ def damping(controller):
 def test_pressure_feedback_adds_the_damping_that_it_says(added):
     gain = 2 * AREA * added / (GAIN * MODE * MASS)
     feedback = PressureFeedback(PressureFeedback.Design(gain=gain), PERIOD)
-    assert damping(Compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.01)
+    assert damping(compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.01)
 
 
 @pytest.mark.parametrize("added", [0.05, 0.3])
 def test_acceleration_feedback_adds_the_damping_that_it_says(added):
     feedback = AccelerationFeedback(AccelerationFeedback.Design(gain=2 * added / (GAIN * MODE), corner=1e4), PERIOD)
-    assert damping(Compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.02)
+    assert damping(compensated(p(1e-3), feedback)) == pytest.approx(DAMPING + added, rel=0.02)
 
 
 def test_dynamic_pressure_feedback_leaves_steady_pressures_alone():
@@ -107,7 +108,7 @@ def test_velocity_feed_forward_takes_the_lag_off_a_ramp():
     z, behind = np.exp(2j * np.pi * f * PERIOD), {}
     for forward in (0.0, 1 / GAIN):
         feed = FeedForward(FeedForward.Design(velocity=forward, corner=1e3), PERIOD)
-        behind[forward] = (1 - complex(closed(Compensated(p(2.0), feed))(z))) / (2j * np.pi * f)
+        behind[forward] = (1 - complex(closed(compensated(p(2.0), feed))(z))) / (2j * np.pi * f)
     assert behind[0.0] == pytest.approx(1 / (2.0 * GAIN), rel=0.01)
     assert abs(behind[1 / GAIN]) < 0.01 * abs(behind[0.0])
 
@@ -132,7 +133,7 @@ def test_feed_forward_and_shaping_are_their_formulas():
 
 def test_shaping_changes_what_follows_a_reference_and_no_pole():
     plain, shaping = p(2.0), Shaping(Shaping.Design(corner=30, lead=0.02), PERIOD)
-    shaped = closed(Compensated(plain, shaping))
+    shaped = closed(compensated(plain, shaping))
     z = np.exp(2j * np.pi * 5 * PERIOD)
     assert complex(shaped(z)) == pytest.approx(complex(closed(plain)(z)) * complex(shaping.law(z)))
     for pole in poles(closed(plain)):
@@ -143,15 +144,15 @@ def test_the_last_compensator_is_outermost():
     """Feed-forward inside of shaping sees the shaped reference, outside of it the plain one."""
     feed, shaping = (FeedForward(FeedForward.Design(velocity=0.1), PERIOD), Shaping(Shaping.Design(corner=5), PERIOD))
     z = np.exp(2j * np.pi * 5 * PERIOD)
-    inside = Compensated(Compensated(p(2.0), feed), shaping).linear()
-    outside = Compensated(Compensated(p(2.0), shaping), feed).linear()
+    inside = compensated(compensated(p(2.0), feed), shaping).linear()
+    outside = compensated(compensated(p(2.0), shaping), feed).linear()
     forward, low = complex(feed.law(z)), complex(shaping.law(z))
     assert np.asarray(inside(z))[0, 0] == pytest.approx((2.0 + forward) * low)
     assert np.asarray(outside(z))[0, 0] == pytest.approx(2.0 * low + forward)
 
 
 def test_on_a_load_cell_a_force_over_the_stiffness_is_a_position():
-    on_force = Compensated(OnLoadCell(p(2.0), 1e7), Deflection(1e7, PERIOD))
+    on_force = surrounded(surrounded(p(2.0), LoadCellShell(1e7)), deflection(1e7, PERIOD))
     assert on_force.measures == ("force",)
     on_force.reset(0.0, {"force": 0.0}, 0.0)
     assert on_force.compute(20e3, {"force": 5e3}) == pytest.approx(2.0 * 1.5e-3)
@@ -160,7 +161,7 @@ def test_on_a_load_cell_a_force_over_the_stiffness_is_a_position():
 
 def test_a_compensator_on_a_load_cell_sees_the_jack_s_own_position():
     velocity = VelocityCompensation(VelocityCompensation.Design(gain=0.07, corner=20), PERIOD)
-    on_force = Compensated(OnLoadCell(p(2.0), 1e7), velocity)
+    on_force = compensated(surrounded(p(2.0), LoadCellShell(1e7)), velocity)
     assert on_force.measures == ("force", "position")
     on_force.reset(0.0, {"force": 0.0, "position": 0.1}, 0.0)
     assert on_force.compute(0.0, {"force": 0.0, "position": 0.1}) == pytest.approx(0.0, abs=1e-12)

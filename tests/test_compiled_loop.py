@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
-from workbench.control.protocol import linear_law
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.rig_variations import variation, with_delay
@@ -23,7 +22,12 @@ FORCE = (
     *load_config(EXPERIMENTS / "force_tuned.toml").controllers,
     *load_config(EXPERIMENTS / "force_step.toml").controllers,
 )
-LINEAR = [spec for spec in (*TUNED, *FORCE) if linear_law(spec.build(1e-3)) is not None]
+OTHERS = tuple(
+    spec
+    for name in ("position_mpc", "position_mode", "position_policy", "position_known")
+    for spec in load_config(EXPERIMENTS / f"{name}.toml").controllers
+)
+SHIPPED = {f"{spec.name}{' in force' if spec in FORCE else ''}": spec for spec in (*TUNED, *FORCE, *OTHERS)}
 SPECIMEN = {"ks": 1e7, "cs": 1e4}
 
 
@@ -57,7 +61,7 @@ def rig_for(spec, name="nominal", delay=0.0):
     return with_delay(rig, delay) if delay else rig
 
 
-@pytest.mark.parametrize("spec", LINEAR, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("spec", SHIPPED.values(), ids=SHIPPED)
 def test_every_shipped_law_runs_compiled_as_in_python(spec):
     size = 0.002 if spec.stiffness else 0.01
     step = size * (1e7 if spec.stiffness else 1.0)
@@ -74,8 +78,6 @@ def test_every_shipped_law_runs_compiled_as_in_python(spec):
 )
 def test_drawn_rigs_delays_noise_and_references_agree(which, name, delay, seed, corners):
     spec = TUNED[which]
-    if linear_law(spec.build(1e-3)) is None:
-        return
     reference = np.repeat(corners, 200 // len(corners))
     reference = np.append(reference, np.full(200 - len(reference), corners[-1]))
     agree(*both(rig_for(spec, name, delay), spec, reference, seed), 0.05)
@@ -99,7 +101,7 @@ def test_trips_come_in_the_same_sample_with_the_same_words(reference, reason):
 
 
 def test_a_specimen_that_moves_is_the_same_input_to_both():
-    spec = next(one for one in FORCE if linear_law(one.build(1e-3)) is not None)
+    spec = next(one for one in FORCE if one.name == "p-dp")
     t = np.arange(100) * 1e-3
     inputs = {"specimen_position": 0.1 * t, "specimen_velocity": np.full(100, 0.1)}
     agree(*both(rig_for(spec), spec, np.full(200, 1e4), None, inputs), 0.01)
@@ -124,6 +126,6 @@ def test_a_rig_that_takes_absurdly_many_steps_is_refused_in_one_line(rig, monkey
     monkeypatch.setattr("workbench.engine.engine.BURST", 50.0)
     engine = Engine(build(rig))
     rest = equilibrium(engine.plant)
-    loop = SampledLoop(engine, rig, LINEAR[0].build(rig.period.value), rest, 1)
+    loop = SampledLoop(engine, rig, TUNED[0].build(rig.period.value), rest, 1)
     with pytest.raises(InputError, match="jack-10t: a simulated second takes more than 100 steps of integration"):
         loop.run(np.zeros(200), added=0.5 * np.random.default_rng(0).uniform(-1, 1, 200))

@@ -9,6 +9,7 @@ import workbench as wb
 from controllers import Dither, P, PressureFeedback
 from controllers.dither import Dither as Law
 from workbench.base.errors import InputError
+from workbench.control.compensators import compensated
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.automatic import column
@@ -60,10 +61,12 @@ def test_it_runs_compiled_as_sample_by_sample_and_no_margin_sees_it():
 
 
 def test_it_begins_at_0_and_is_a_sine():
-    sine = Law(Law.Design(amplitude=0.03, frequency=170.0), PERIOD).sine
-    np.testing.assert_allclose(
-        sine.samples(500), 0.03 * np.sin(2 * np.pi * 170.0 * PERIOD * np.arange(500)), atol=1e-12
-    )
+    loop, found = compensated(P(gain=3.0).build(PERIOD), Law(Law.Design(amplitude=0.03, frequency=170.0), PERIOD)), []
+    loop.reset(0.0, {"position": 0.0}, 0.0)
+    for _ in range(500):
+        found.append(loop.compute(0.0, {"position": 0.0}))
+        loop.update(0.0)
+    np.testing.assert_allclose(found, 0.03 * np.sin(2 * np.pi * 170.0 * PERIOD * np.arange(500)), atol=1e-12)
 
 
 def test_a_sine_of_too_few_samples_is_refused():

@@ -99,7 +99,7 @@ def test_a_controller_in_python_gives_the_same_as_the_compiled_one(space):
 
     spec = TUNED["p-dp"]
     shaped = spec.build(1e-3)
-    own = Python(shaped._inner, type("Filter", (), {"into": "reference", "law": shaped._filter.law}))
+    own = Python(shaped.inner, shaped.graph_law())
     lanes = space.varied.some([0, 7])
     for scenario in (TEN, SCENARIOS["position-1mm"]):
         compiled, python = (steps(lanes, law, scenario, None, 0.4) for law in (shaped, own))

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
+from test_sine_control import functions
 
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
-from workbench.control.planned import Planned
 from workbench.linear.equilibria import Equilibria
+from workbench.loop.batch import play_lanes
 from workbench.loop.lane_laws import lane_laws
-from workbench.loop.lane_loop import play_lanes
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.rigs.rig_file import load_rig
@@ -39,16 +39,13 @@ LOOP = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + FLOW + La
 
 def planned(reference, **numbers):
     """The motion that a plan makes of a reference [k], and the command for its flow."""
-    controller = (P(gain=1e-3) + FlowFeedForward(**{"velocity_gain": 5.0, "acceleration": 20.0, **numbers})).build(
-        PERIOD
-    )
-    assert isinstance(controller, Planned)
-    motion, command = np.empty((2, len(reference)))
-    controller.reset(0.0, {"position": 0.0}, 0.0)
+    spec = P(gain=1e-3) + FlowFeedForward(**{"velocity_gain": 5.0, "acceleration": 20.0, **numbers})
+    plan = spec.build(PERIOD).graph_law().shell.plan
+    output, advance = functions(plan)
+    w, motion, command = np.zeros(plan.states), *np.empty((2, len(reference)))
     for i, r in enumerate(reference):
-        controller._look(r, {})
-        motion[i], command[i] = controller._output()
-        controller.update(0.0)
+        motion[i], command[i] = map(float, output(w, [r]))
+        w = np.array(advance(w, [r])).ravel()
     return motion, command
 
 

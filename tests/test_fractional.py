@@ -7,15 +7,16 @@ from hypothesis import strategies as st
 from scipy.signal import sosfilt
 
 from workbench.control.crone.oustaloup import band, oustaloup, power
+from workbench.control.law import LawController
 from workbench.control.second_order_sections import (
     Factors,
-    SectionFilter,
     integral,
     pair,
     sections_response,
     sections_system,
     tustin,
 )
+from workbench.control.section_controller import section_law
 from workbench.linear.state_space import sampled_response
 
 PERIOD = 1e-3
@@ -112,12 +113,12 @@ LAWS = [
 @given(seed=st.integers(0, 10**6))
 def test_a_section_filter_and_the_state_space_are_scipys(sections, seed):
     u = np.random.default_rng(seed).standard_normal(60)
-    running, found = SectionFilter(sections), []
+    running, found = LawController(section_law(np.empty((0, 6)), sections, PERIOD)), []
+    running.reset(0.0, {"position": 0.0}, 0.0)
     for value in u:
-        found.append(running.out(value))
-        running.advance(value)
+        found.append(running.compute(value, {"position": 0.0}))
+        running.update(found[-1])
     assert found == pytest.approx(sosfilt(sections, u) if len(sections) else u, rel=1e-9, abs=1e-9)
-    assert running.direct == pytest.approx(found[0] / u[0])
 
 
 @pytest.mark.parametrize("sections", LAWS)
@@ -128,8 +129,8 @@ def test_responses_of_sections_agree(sections):
 
 
 def test_a_section_filter_rests():
-    running = SectionFilter(LAWS[1])
-    running.rest(0.7)
+    running = LawController(section_law(np.empty((0, 6)), LAWS[1], PERIOD))
+    running.reset(0.7, {"position": 0.0}, 0.3)
     for _ in range(5):
-        assert running.out(0.7) == pytest.approx(0.7)
-        running.advance(0.7)
+        assert running.compute(0.7, {"position": 0.0}) == pytest.approx(0.3)
+        running.update(0.3)

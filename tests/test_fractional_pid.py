@@ -11,7 +11,7 @@ from controllers import LapInverse, PidLead, PressureFeedback
 from controllers.fractional_pid import FractionalPid
 from controllers.pid_lead import PidLead as Plain
 from workbench.base.errors import InputError
-from workbench.control.protocol import sampled_law
+from workbench.control.protocol import graph_law
 from workbench.linear.state_space import sampled_response
 
 PERIOD = 1e-3
@@ -85,7 +85,7 @@ def fractional(rig):
 
 def test_it_runs_compiled_on_a_jack_and_settles(rig, fractional):
     """And has more margin than the PID of the same numbers."""
-    assert sampled_law(fractional.controller.build(PERIOD)) is not None
+    assert graph_law(fractional.controller.build(PERIOD)) is not None
     metrics = fractional.step("10 mm").metrics
     assert metrics["settling_s"] < 0.3
     assert metrics["overshoot_percent"] < 5

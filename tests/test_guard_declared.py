@@ -14,9 +14,9 @@ from workbench.control.controller_type import controller
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.linear.equilibria import equilibria
+from workbench.loop.batch import play_lanes
 from workbench.loop.faults import FAULTS, Fault, FaultyLoop
 from workbench.loop.guard import Guard
-from workbench.loop.lane_loop import play_lanes
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build

@@ -9,14 +9,13 @@ import pytest
 from controllers.lap_inverse import LapInverse
 from controllers.shaping import Shaping
 from workbench.commands.run.config import load_config
-from workbench.control.compensators import Compensated, Mapped, OnLoadCell
-from workbench.control.protocol import lane_controller, sampled_law
+from workbench.control.compensators import compensated
+from workbench.control.protocol import graph_law
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop import step_metrics
-from workbench.loop.batch import run_lanes
-from workbench.loop.lane_loop import play_lanes
+from workbench.loop.batch import play_lanes, run_lanes
 from workbench.loop.lane_metrics import step_lanes
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
@@ -81,7 +80,7 @@ def both(rig, plant, drawn, spec, step, seed=None, lanes=range(LANES), force=5e3
     designs = spec if isinstance(spec, list) else [spec] * LANES
     start = Engine(plant), rig
     if isinstance(spec, list):
-        laws = [sampled_law(design.build(PERIOD)) for design in spec]
+        laws = [graph_law(design.build(PERIOD)) for design in spec]
         ((_, together),) = run_lanes(*start, laws, points, p, reference, measured, seed, load)
     else:
         ((_, together),) = play_lanes(*start, spec.build(PERIOD), points, p, reference, measured, seed, load)
@@ -126,7 +125,7 @@ def test_designs_run_in_lanes_as_they_do_one_by_one(rig, plant, drawn):
 
 def test_laws_of_different_forms_are_no_lanes(rig, plant, drawn):
     p, places = drawn
-    laws = [sampled_law(SPECS[name].build(PERIOD)) for name in ("p", "p-dp")]
+    laws = [graph_law(SPECS[name].build(PERIOD)) for name in ("p", "p-dp")]
     with pytest.raises(ValueError, match="same signals"):
         next(run_lanes(Engine(plant), rig, laws, equilibria(plant, p, places), p, np.zeros(9), ("position",)))
 
@@ -176,11 +175,10 @@ def test_a_lane_that_cannot_be_simulated_has_no_signals_from_there_on(rig, plant
 
 def test_what_is_around_a_controller_is_in_lanes_as_well(rig, plant, drawn):
     p, points = drawn[0], equilibria(plant, *drawn)
-    inner = SPECS["mpc"].build(PERIOD)
 
     def made():
-        shaped = Compensated(SPECS["mpc"].build(PERIOD), Shaping(Shaping.Design(corner=20.0, lead=3e-3), PERIOD))
-        return Mapped(shaped, LapInverse(LapInverse.Design(excess=2e-3, width=2e-3), PERIOD).command_map)
+        shaped = compensated(SPECS["mpc"].build(PERIOD), Shaping(Shaping.Design(corner=20.0, lead=3e-3), PERIOD))
+        return compensated(shaped, LapInverse(LapInverse.Design(excess=2e-3, width=2e-3), PERIOD))
 
     reference = np.full(100, 0.01)
     ((_, lanes),) = play_lanes(Engine(plant), rig, made(), points, p, reference, ("position",))
@@ -189,7 +187,6 @@ def test_what_is_around_a_controller_is_in_lanes_as_well(rig, plant, drawn):
     at = plant.observe(start.x, start.u, p[1])[0, plant.output("position")]
     alone = loop.run(at + reference).record.signals["position"]
     assert np.abs(lanes.signals["position"][1] - alone).max() < 1e-11
-    assert lane_controller(OnLoadCell(inner, 1e7)) is not None
 
 
 def test_metrics_in_lanes_are_those_one_by_one():

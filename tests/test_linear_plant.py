@@ -177,7 +177,7 @@ def test_mpc_is_lqg_where_no_limit_is_near_and_slower_where_one_is():
 def test_a_filter_on_the_position_finds_the_disturbance_on_a_state():
     plant = axis()
     controller = LinearLqg(error="20 mm", disturbance=2.0, disturbance_walk=1.0).knowing(plant).build(1e-3)
-    law, model = controller.linear_law(), sampled_model(plant, 1e-3)
+    law, model = controller.graph_law().matrices, sampled_model(plant, 1e-3)
     whole = np.block([[law.a, np.outer(law.b[:, 1], model.C[0])], [np.zeros((len(model.A), len(law.a))), model.A]])
     whole[: len(law.a)] += np.outer(law.e, np.append(law.c, law.d[1] * model.C[0]))
     whole[len(law.a) :] += np.outer(model.B[:, 0], np.append(law.c, law.d[1] * model.C[0]))

@@ -65,7 +65,7 @@ def test_noise_and_a_load_at_rest_are_not_taken_for_a_plant():
 def test_at_rest_a_number_that_changes_makes_no_bump():
     law = BARE.build(PERIOD).graph_law()
     signals = np.array([0.03, 0.03, 9e6, 7e6])
-    x, offset = law.start(signals, 0.012)
+    (x,), (offset,) = law.starts(signals[None], np.array([0.012]))
     meter = len(x) - 6
     for taken, mass_sum in product((0.0, 0.4, 1.0), (1e-3, 1e-1)):
         after = x.copy()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_mpc import FREE, PERIOD, made, shipped_spec
+from made_mpc import FREE, PERIOD, made, planned, shipped_spec
 
 from controllers.feedforward import FeedForward
 from controllers.shaping import Shaping
@@ -19,7 +19,7 @@ from workbench.plant import build
 
 RIGS = load_tune(experiment("tune_mpc")).rigs
 VELOCITY, CORNER = 0.042, 7.9  # s/m, Hz
-FOLLOW = made(**FREE)._planned.law.follow
+FOLLOW = planned(made(**FREE)).law.follow
 NUMBERS = {"corner": CORNER, "notch": CORNER, "lead": 1 / (np.pi * CORNER) + VELOCITY / FOLLOW}
 FORWARD = controller("controllers.feedforward:FeedForward", velocity=VELOCITY, corner=CORNER)
 SHAPING = controller("controllers.shaping:Shaping", **NUMBERS)

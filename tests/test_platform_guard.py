@@ -2,18 +2,17 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from controllers import P
-from controllers.p import P as Plain
 from workbench.commands.learn.config import load_any
 from workbench.commands.learn.platform_config import PlatformLearnConfig
 from workbench.commands.run.config import load_config
 from workbench.commands.run.platform_config import PlatformConfig
-from workbench.control.linear_law import static
+from workbench.control.law import LawController, static_law
 from workbench.control.platform_controller import PlatformController
 from workbench.engine.guard_coupling import coupling
 from workbench.engine.guard_shape import BESIDE, TRIPS
@@ -121,20 +120,16 @@ def test_legs_that_are_alike_brake_a_mode_with_its_mass(setup):
     assert slowest == pytest.approx(left / setup.masses.max(), rel=1e-6)
 
 
-class Weighed(Plain):
+def weighed():
     """A proportional law that has the load cells read, too."""
-
-    measures: ClassVar[tuple[str, ...]] = ("position", "force")
-
-    def linear_law(self):
-        return static([self._gain, -self._gain, 0.0], self.measures)
+    return LawController(static_law([3.0, -3.0, 0.0], ("position", "force"), 1e-3))
 
 
 def test_load_cells_that_a_law_reads_agree_with_the_rods(setup):
     """Between pressures and load cell there is the leg's rod, not the payload; compiled as in Python."""
     pose = np.zeros((300, 6))
     pose[:, 4] = 0.02 * np.clip(np.arange(300) * setup.platform.period / 0.1, 0, 1)
-    laws = [cast(Any, Weighed(Plain.Design(gain=3.0), 1e-3)) for _ in range(6)]
+    laws = [cast(Any, weighed()) for _ in range(6)]
     controller = PlatformController(laws, np.eye(6))
     python, compiled = (run_platform(setup, controller, pose, 2, way) for way in (False, True))
     assert python.tripped is compiled.tripped is None

@@ -18,7 +18,7 @@ from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
 from workbench.control.network import Memory, Network
 from workbench.control.network_file import read_network
-from workbench.control.protocol import Controller, linear_view, sampled_law
+from workbench.control.protocol import Controller, graph_law, linear_view
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 P_DP = next(s for s in load_config(EXPERIMENTS / "position_tuned.toml").controllers if s.name == "p-dp")
@@ -173,7 +173,7 @@ def test_compiled_it_does_what_it_does_in_python(network):
 
 def test_its_linear_view_is_its_slope():
     policy = on_p_dp(odd_network(2)).build(PERIOD)
-    law = sampled_law(policy)
+    law = graph_law(policy)
     assert law is not None
     at = {**dict.fromkeys(law.measures, 0.0), "command": 0.0}
     view, small = linear_view(policy, at), 1e-7

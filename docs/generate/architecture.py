@@ -26,7 +26,7 @@ _RANKS = (
 _WAYS = {
     "a sample of a loop": (
         ("workbench.loop.sampled_loop", "SampledLoop", "reads the sensors, late and with noise"),
-        ("workbench.control.protocol", "Controller", "the law computes the command"),
+        ("workbench.control.law", "Law", "the law computes the command"),
         ("workbench.engine.guard_rules", "", "the guard limits it, or trips"),
         ("workbench.engine.delay_line", "", "it acts after the computing delay"),
         ("workbench.engine", "Engine", "the plant is integrated over one period"),
@@ -44,7 +44,7 @@ _WAYS = {
         ("workbench.control.load_class", "load_class", "named in a file by module and class"),
         ("workbench.loop.tuning.search", "search", "its numbers are searched"),
         ("workbench.loop.rows", "", "it is judged: margins, steps, the envelope"),
-        ("workbench.commands.coefficients.options", "", "it leaves as C and Structured Text"),
+        ("workbench.control.export.program", "Program", "it leaves as C and Structured Text"),
     ),
 }
 _TRACE = {

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control.controller_spec import ControllerSpec
-from workbench.loop.batch import Lanes
-from workbench.loop.lane_loop import play_lanes
+from workbench.loop.batch import Lanes, play_lanes
 from workbench.loop.scenarios import Scenario
 
 from .environments import JackBenchVector

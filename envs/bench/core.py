@@ -132,8 +132,8 @@ class BenchCore:
             course[:, self._places["others"].start + self._model.input(name) - 1] += values
         course[:, self._places["noise"]] = normal[1:]
         y = self._sensors.readings(outputs, normal[0])[self._own]
-        state, offset = task.law.start(np.append(y[0], y), float(u[0]))
-        self._state[row] = compiled.start([state], u[None, :1])[0]
+        state, offset = task.law.starts(np.append(y[0], y)[None], u[:1])
+        self._state[row] = compiled.start(state, u[None, :1])[0]
         self._numbers[row, compiled.shape.numbers["offset"]] = offset
         self._score.reset(row, scenario, level, way)
 

@@ -8,10 +8,9 @@ from workbench.base.errors import InputError
 from workbench.commands.common.shipped import experiment
 from workbench.commands.train.config import TrainConfig, load_train
 from workbench.commands.train.start import POLICY
-from workbench.control.graph_law import GraphLaw, as_graph
-from workbench.control.linear_law import static
+from workbench.control.law import Law, static_law
 from workbench.control.network import Network
-from workbench.control.protocol import sampled_law
+from workbench.control.protocol import graph_law
 from workbench.loop.envelope import envelope
 from workbench.loop.limits import Limits
 from workbench.loop.plant_lanes import PlantLanes, joined
@@ -27,7 +26,7 @@ class BenchTask:
     """
 
     policy: Network
-    law: GraphLaw
+    law: Law
     plants: PlantLanes
     scenarios: tuple[Scenario, ...]
     weights: Mapping[str, float]
@@ -80,12 +79,12 @@ def _bench_task(config: TrainConfig, policy: Network, plants: PlantLanes) -> Ben
     return BenchTask(policy, _law(config), plants, tuple(config.start.scenarios), config.weights, config.limits, config)
 
 
-def _law(config: TrainConfig) -> GraphLaw:
+def _law(config: TrainConfig) -> Law:
     """Without the network on top."""
     spec = config.start.controllers[0]
     if spec.use == POLICY:
-        return as_graph(static([0.0, 0.0], ("position",)))
-    law = sampled_law(replace(spec, compensators=spec.compensators[:-1]).build(config.start.rig.period.value))
+        return static_law([0.0, 0.0], ("position",), config.start.rig.period.value)
+    law = graph_law(replace(spec, compensators=spec.compensators[:-1]).build(config.start.rig.period.value))
     if law is None:
-        raise InputError(f"{spec.name} is neither data nor a graph, and runs one loop at a time; take another law")
-    return as_graph(law)
+        raise InputError(f"{spec.name} does not give its graph, and runs one loop at a time; take another law")
+    return law

@@ -10,11 +10,12 @@ from ..base.table import Table
 from ..base.units import Spec
 from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
-from .compensators import Compensated, Compensator, Deflection, OnLoadCell, compensated
+from .compensators import Compensator, compensated, deflection, surrounded
 from .load_class import absolute, load_class
-from .measured_stiffness import OnMeasuredStiffness, StiffnessMeter
+from .measured_stiffness import MeasuredStiffnessShell, StiffnessMeter
 from .protocol import Controller, design_number, is_number, number
 from .protocol_check import check_controller
+from .shell import LoadCellShell
 
 T = TypeVar("T")
 
@@ -38,7 +39,7 @@ class ControllerSpec:
 
     With a `stiffness` [N/m] the loop is on the load cell, of force over stiffness: the controller and every compensator
     see the reference as a deflection [m]. With `softest` and `stiffest` [N/m] besides, the loop measures the specimen's
-    stiffness between them and scales itself: see OnMeasuredStiffness. `computing_delay` [s] is how long after a sample
+    stiffness between them and scales itself: see measured_stiffness. `computing_delay` [s] is how long after a sample
     its command comes, where that is known; else the rig says it. `build` knows nothing of it. A law whose
     class says `of_linear_plants` is made as Law(design, period, plant), on the `plant` that the loop is on. `spec +
     compensator` is the same with a compensator around it.
@@ -92,14 +93,15 @@ class ControllerSpec:
             controller = self._on_load_cell(controller, self.stiffness, period)
         for part in self.compensators:
             controller = compensated(controller, _made(part, period, where))
-        return controller if self.stiffness is None else Compensated(controller, Deflection(self.stiffness, period))
+        return controller if self.stiffness is None else surrounded(controller, deflection(self.stiffness, period))
 
     def _on_load_cell(self, controller: Controller, stiffness: float, period: float) -> Controller:
         """A controller of position on the load cell, scaled by the stiffness where that is measured."""
-        loop = OnLoadCell(controller, stiffness)
+        loop = surrounded(controller, LoadCellShell(stiffness))
         if self.softest is None or self.stiffest is None:
             return loop
-        return OnMeasuredStiffness(loop, stiffness, StiffnessMeter(self.softest, self.stiffest, period))
+        meter = StiffnessMeter(self.softest, self.stiffest, period)
+        return surrounded(loop, MeasuredStiffnessShell(stiffness, meter))
 
     def __repr__(self) -> str:
         """Class and numbers that are not at their default, part by part."""

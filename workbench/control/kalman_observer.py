@@ -3,13 +3,16 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .jack_model import JackModel
-from .linear_law import LinearLaw
+from .law import Law, linear_law
 from .protocol import design_numbers, number
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
 @design_numbers
@@ -52,13 +55,6 @@ class Observer(ABC):
     pick: np.ndarray
     gain: np.ndarray
     signals: dict[str, np.ndarray]
-    state: np.ndarray
-    _corrected: np.ndarray
-
-    def begin(self, measurement: Mapping[str, float], reference: float, command: float, law: StateLaw) -> None:
-        """Take the state of a plant at rest at these signals, for which a law gives the `command` [1]."""
-        self.state = self.beginning(measurement, np.asarray(reference), np.asarray(command), law)
-        self.estimate(measurement)
 
     @abstractmethod
     def beginning(
@@ -70,42 +66,25 @@ class Observer(ABC):
     ) -> np.ndarray:
         """That state [k]; [k, lanes] of signals, references and commands [lanes]."""
 
-    def estimate(self, measurement: Mapping[str, float]) -> np.ndarray:
-        """The state [k] as these signals correct it; it counts for the next `step`.
+    def starting(self, law: StateLaw) -> np.ndarray:
+        """`beginning` as a matrix [k, m + 2] on what is measured, the reference and the command."""
+        *signals, reference, command = np.eye(len(self.measures) + 2)
+        return self.beginning(dict(zip(self.measures, signals, strict=True)), reference, command, law)
 
-        A sample with a signal that is not finite corrects nothing.
-        """
-        signals = [measurement[name] for name in self.measures]
-        self._corrected = self.state
-        if isfinite(sum(signals)):
-            self._corrected = self.corrected(self.state, np.array(signals))
-        return self._corrected
-
-    def step(self, realised: float) -> None:
-        """Predict the next period with the command [1] that the drive really got."""
-        self.state = self.predicted(self._corrected, realised)
-
-    def corrected(self, state: np.ndarray, signals: np.ndarray) -> np.ndarray:
-        """A state [k] as the finite signals `measures` [m] correct it; in lanes [k, lanes] and [m, lanes]."""
-        return state + self.gain @ (self.pick @ signals - self.output_matrix @ state)
-
-    def predicted(self, state: np.ndarray, realised: float | np.ndarray) -> np.ndarray:
-        """A corrected state [k] one period on, with the command [1] that the drive really got; in lanes as well."""
-        return self.ahead @ state + np.multiply.outer(self.entering, realised)
-
-    def law(self, law: StateLaw) -> LinearLaw:
-        """Filter and feedback as data; the filter runs on the realised command."""
-        feedback, follow = law.feedback, law.follow
+    def law(self, law: StateLaw, period: float) -> Law:
+        """Filter and feedback as a law; the filter runs on the realised command."""
+        feedback, follow, starting = law.feedback, law.follow, self.starting(law)
         corrected = np.eye(len(self.ahead)) - self.gain @ self.output_matrix
         signals = self.gain @ self.pick
         c, d = -feedback @ corrected, np.append(follow, -feedback @ signals)
         a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
 
-        def start(measured: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            by_name = dict(zip(self.measures, measured[1:].tolist(), strict=True))
-            return self.beginning(by_name, measured[0], np.asarray(command), law), 0.0
+        def start(s: "ca.SX", u: "ca.SX") -> tuple["ca.SX", float]:
+            import casadi as ca
 
-        return LinearLaw(a, b, c, d, self.entering, self.measures, start)
+            return ca.DM(starting) @ ca.vertcat(s[1:], s[0], u), 0.0
+
+        return linear_law(a, b, c, d, self.entering, self.measures, period, start)
 
 
 class JackObserver(Observer):
@@ -136,7 +115,6 @@ class JackObserver(Observer):
         drives = np.column_stack((self.entering, np.eye(n + 2)[:, n:]))
         drives *= j.command_noise, j.command_walk * np.sqrt(period), j.pressure_walk * np.sqrt(period)
         self.gain = kalman_gain(self.ahead, drives @ drives.T, self.output_matrix, np.array(trust))
-        self.state = self._corrected = np.zeros(n + 2)
 
     def beginning(
         self,

@@ -71,7 +71,6 @@ class LinearObserver(Observer):
         except np.linalg.LinAlgError:
             what = f"the position of {plant.name} does not tell a disturbance there from its states"
             raise InputError(f"disturbance: {what}; let it act elsewhere") from None
-        self.state = self._corrected = np.zeros(n + 1)
 
     def _acting(self, plant: LinearRig, place: int, period: float) -> np.ndarray:
         """F [n]."""

@@ -1,25 +1,18 @@
 """Force loops that measure the stiffness they push against, and scale themselves by it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.errors import InputError
-from ..linear.interconnect import select
 from ..linear.state_space import StateSpace
-from .around import Around
 from .discrete_filter import weighted
-from .protocol import Controller, linear_view, operating
-from .scheduled_law import ScheduledLaw
+from .shell import Passed, Shell, Signals
 
 if TYPE_CHECKING:
     import casadi as ca
-
-    from .graph_law import GraphLaw
 
 _BAND = 3.0, 30.0  # Hz: in which force and position are compared, clear of drift and of noise
 _SHARE = 0.2  # of what a sample says that is taken, where force and reference are well above the noise
@@ -46,11 +39,13 @@ class StiffnessMeter:
     stiffest: float
     period: float
 
-    def start(self, force: float, position: float) -> np.ndarray:
+    def rest(self, force: "ca.SX", position: "ca.SX") -> "ca.SX":
         """The state [8] at rest: that of three filters, the compliance, and the force there."""
-        band = self._band
-        rest = [np.linalg.solve(np.eye(2) - band.A, band.B[:, 0] * level) for level in (force, force, position)]
-        return np.concatenate((*rest, (1 / self.stiffest, force)))
+        import casadi as ca
+
+        at_rest = ca.DM(np.linalg.solve(np.eye(2) - self._band.A, self._band.B[:, 0]))
+        bands = [at_rest * level for level in (force, force, position)]
+        return ca.vertcat(*bands, 1 / self.stiffest, force)
 
     def settled(self, state: np.ndarray, stiffness: float) -> np.ndarray:
         """A state that has measured this stiffness [N/m], as far as it is within the range."""
@@ -81,118 +76,49 @@ class StiffnessMeter:
         return ca.vertcat(*after, ca.fmin(ca.fmax(compliance, least), most), base)
 
     @cached_property
-    def step(self) -> "ca.Function":
-        """`advance` as a function of numbers."""
-        import casadi as ca
-
-        w, s, q = ca.SX.sym("w", 8), ca.SX.sym("s", _SIGNALS), ca.SX.sym("q", len(self.numbers))
-        return ca.Function("step", [w, s, q], [self.advance(w, s, q)])
-
-    @cached_property
     def _band(self) -> StateSpace:
         low, high = (2 * np.pi * f for f in _BAND)
         return weighted([1 / low, 0], [1 / (low * high), 1 / low + 1 / high, 1], self.period, {"in": 1.0})
 
 
-class OnMeasuredStiffness(Around):
-    """A controller on a load cell, designed on one `stiffness` k [N/m], on specimens whose stiffness is measured.
+class MeasuredStiffnessShell(Shell):
+    """A law on a load cell, designed on one `stiffness` k [N/m], on specimens whose stiffness is measured.
 
-    A jack that moves at a speed makes force at a rate in proportion to the stiffness. The controller within gets its
+    A jack that moves at a speed makes force at a rate in proportion to the stiffness. The law within gets its
     reference, a deflection [m] of the specimen that it was designed on, and the force [N] times c k, c the measured
     compliance, counted from where they were at the start: on every specimen it closes the loop that it was designed
     for. Compensators stand outside of this: they see both as they are.
     """
 
-    def __init__(self, inner: Controller, stiffness: float, meter: StiffnessMeter) -> None:
-        super().__init__(inner)
-        self.measures = tuple(dict.fromkeys((*inner.measures, "position")))
-        self._k, self._meter = stiffness, meter
-        self._state, self._signals = meter.start(0.0, 0.0), np.zeros(_SIGNALS)
+    names = *(f"band_{i}" for i in range(2 * _SIGNALS)), "compliance", "base"
+
+    def __init__(self, stiffness: float, meter: StiffnessMeter) -> None:
+        self._meter = meter
+        self.numbers = np.append(stiffness, meter.numbers)
 
     @property
-    def stiffness(self) -> float:
-        """As measured by now [N/m]."""
-        return 1 / self._state[_C]
+    def key(self) -> Hashable:
+        return "measured stiffness", self._meter.period
 
-    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
-        """Start the inner controller without a bump, on the stiffest specimen."""
-        self._state = self._meter.start(measurement["force"], measurement["position"])
-        self._inner.reset(self._scaled(reference), self._scaled_force(measurement), command)
+    @property
+    def remembers(self) -> tuple[int, ...]:
+        return (len(self.names) + _C,)
 
-    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
-        """The inner controller's command."""
-        signals = self._k * reference, measurement["force"], measurement["position"]
-        if isfinite(sum(signals)):
-            self._signals = np.array(signals)
-        return self._inner.compute(self._scaled(reference), self._scaled_force(measurement))
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*inner, "position")))
 
-    def update(self, realised: float) -> None:
-        """Advance the inner controller, and the meter."""
-        self._inner.update(realised)
-        self._state = np.array(self._meter.step(self._state, self._signals, self._meter.numbers)).ravel()
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        return self._meter.rest(s["force"], s["position"])
 
-    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
-        """The inner law on the specimen of the operating point, its stiffness measured."""
-        scale = self._k * float(self._meter.settled(self._state, operating(at)["stiffness"])[_C])
-        law = linear_view(self._inner, at)
-        names = ["reference", *self.measures]
-        factors = np.array([scale if name in ("reference", "force") else 1.0 for name in law.input_labels])
-        return select(replace(law, B=law.B * factors, D=law.D * factors), names, ["command"])
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        factor, base = q[0] * w[_C], w[_F0]
+        reference = base / q[0] + factor * (s["reference"] - base / q[0])
+        return Passed({"reference": reference, "force": base + factor * (s["force"] - base)})
 
-    def scheduled_law(self) -> ScheduledLaw:
-        """None that can be exported: raises InputError."""
-        raise InputError(
-            "a loop that measures its specimen's stiffness cannot be exported; give it the stiffness of one specimen, "
-            "without softest and stiffest"
-        )
-
-    def graph_law(self) -> "GraphLaw | None":
-        """Meter and inner controller as one graph, where that has data or a graph."""
-        return self._graph
-
-    def _graph_around(self, inner: "GraphLaw") -> "GraphLaw":
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
         import casadi as ca
 
-        from .graph_law import GraphLaw
+        return self._meter.advance(w, ca.vertcat(q[0] * s["reference"], s["force"], s["position"]), q[1:])
 
-        meter, k = self._meter, self._k
-        n, own, every = inner.states, len(inner.numbers), ("reference", *self.measures)
-        heard = [every.index(name) for name in ("reference", *inner.measures)]  # reference and force are the first two
-        position = every.index("position")
-
-        def within(x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
-            factor, base = q[own] * x[_C], ca.vertcat(x[_F0] / q[own], x[_F0])
-            return ca.vertcat(base + factor * (s[:2] - base), s[heard[2:]])
-
-        def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
-            return ca.SX(inner.graphs.output(x[:n], within(x, s, q), o, q[:own]))
-
-        def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
-            after = inner.graphs.advance(x[:n], within(x, s, q), v, o, q[:own])
-            signals = ca.vertcat(q[own] * s[0], s[1], s[position])
-            return ca.vertcat(after, meter.advance(x[n:], signals, q[own + 1 :]))
-
-        def start(signals: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-            reference, force = signals[:2]
-            taken = signals[heard]
-            taken[0] = force / k + k / meter.stiffest * (reference - force / k)
-            x, offset = inner.start(taken, command)
-            return np.append(x, meter.start(force, float(signals[position]))), offset
-
-        def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
-            return np.append(x[:n], meter.settled(x[n:], at["stiffness"]))
-
-        numbers = np.concatenate((inner.numbers, [k], meter.numbers))
-        law = GraphLaw.of(output, advance, numbers, self.measures, n + len(self._state), start)
-        memory = *inner.memory, n + len(self._state) + _C
-        return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=memory)
-
-    def _shaped(self, future: np.ndarray) -> np.ndarray:
-        return np.array([self._scaled(float(reference)) for reference in future])
-
-    def _scaled(self, deflection: float) -> float:
-        base = self._state[_F0] / self._k
-        return float(base + self._k * self._state[_C] * (deflection - base))
-
-    def _scaled_force(self, measurement: Mapping[str, float]) -> dict[str, float]:
-        return {**measurement, "force": self._k * self._scaled(measurement["force"] / self._k)}
+    def settled(self, w: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
+        return self._meter.settled(w, at["stiffness"])

@@ -1,14 +1,13 @@
 """The law that a measured mode schedules, as a graph: P, pressure feedback, feed-forward and a shaped reference."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .graph_law import GraphLaw
-from .linear_law import LaneStart
+from .law import Law, flat_names, law_graphs
 from .mode_meter import ModeMeter
 
 NUMBERS = "gain", "pressure", "high_pass", "velocity", "forward", "shape", "lead", "notch"
@@ -38,7 +37,7 @@ class ModeSchedule:
         ]
 
 
-def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> GraphLaw:
+def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> Law:
     """The law of OnMeasuredMode, with the pressure's `column` [m]."""
     period, k = meter.period, len(NUMBERS)
     sums = meter.states
@@ -74,13 +73,13 @@ def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> GraphLa
         )
         return ca.vertcat(meter.advance(x[:sums], ca.vertcat(s[0], s[1], p, v)), *after)
 
-    def lanes(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rest = []
-        for (r, y, pa, pb), command in zip(signals, commands, strict=True):
-            rest.append([*meter.start(r, y, pa - pb, command), 0.0, pa - pb, r, r, r, r])
-        return np.array(rest), commands - schedule.fixed[0] * (signals[:, 0] - signals[:, 1])
+    def start(s: ca.SX, u: ca.SX) -> tuple[ca.SX, ca.SX]:
+        r, y, pa, pb = ca.vertsplit(s)
+        x = ca.vertcat(meter.rest(r, y, pa - pb, u), 0, pa - pb, r, r, r, r)
+        return x, u - schedule.fixed[0] * (r - y)
 
     values = np.array([*schedule.fixed, *schedule.known, *schedule.powers, column])
-    key = "mode", meter.jack, period
-    law = GraphLaw.of(output, advance, values, MEASURES, sums + _OWN, LaneStart(lanes), key)
-    return replace(law, memory=(*meter.memory, sums))
+    sizes = sums + _OWN, 1 + len(MEASURES), len(values)
+    graphs = law_graphs(output, advance, sizes, ("mode", meter.jack, period))
+    names = *flat_names({"meter": sums}), "taken", "high_pass", "shaped_1", "shaped_2", "forward_1", "forward_2"
+    return Law(graphs, values, MEASURES, period, start, names, memory=(*meter.memory, sums))

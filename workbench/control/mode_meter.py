@@ -66,11 +66,13 @@ class ModeMeter:
         parts = [weighted([low, *[0.0] * (k + 1)], denominator, self.period, {"in": 1.0}) for k in range(_TAPS)]
         return parts[0].A, parts[0].B[:, 0], np.vstack([p.C for p in parts]), np.array([p.D[0, 0] for p in parts])
 
-    def start(self, reference: float, position: float, pressure: float, command: float) -> np.ndarray:
+    def rest(self, reference: ca.SX, position: ca.SX, pressure: ca.SX, command: ca.SX) -> ca.SX:
         """The state at rest, when nothing has been measured; SI."""
         levels = {"x": position, "dp": pressure, "u": command, "r": reference}
-        rest = [np.linalg.solve(np.eye(len(a)) - a, b * levels[name]) for name, (a, b, _, _) in self._filters.items()]
-        return np.concatenate((*rest, np.zeros(len(self.memory))))
+        rest = [
+            ca.DM(np.linalg.solve(np.eye(len(a)) - a, b)) * levels[name] for name, (a, b, _, _) in self._filters.items()
+        ]
+        return ca.vertcat(*rest, ca.DM.zeros(len(self.memory)))
 
     def measured(self, state: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """m, c, g and the trust."""

@@ -5,21 +5,20 @@ states. Its linear view then has the mean of the last decisions in the place of 
 samples does to a sine (its first harmonic; aliases are left out).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Hashable
 
 import casadi as ca
 import numpy as np
 
 from ..base.errors import InputError
-from .graph_law import GraphLaw
-from .linear_law import LaneStart, starts
+from .law import flat_names, parted
 from .network import Network
+from .shell import Passed, Shell, Signals
 
 
-def with_network(inner: GraphLaw, network: Network, period: float) -> GraphLaw:
-    """A law, sampled every `period` [s], with what a network adds to its command; it learns the realised command less
-    that. Raises InputError for decisions that are no multiple of the period."""
+def network_shell(network: Network, period: float) -> Shell:
+    """What a network adds to the command of a law that is sampled every `period` [s]; that learns the realised command
+    less it. Raises InputError for decisions that are no multiple of the period."""
     hold = round(network.decision / period)
     if hold > 1 and network.memory is not None:
         raise InputError("a network that remembers decides at every sample; set its decision to the control period")
@@ -28,92 +27,126 @@ def with_network(inner: GraphLaw, network: Network, period: float) -> GraphLaw:
             f"the network decides every {1e3 * network.decision:g} ms, no multiple of the control period, "
             f"{1e3 * period:g} ms; train one for this rig"
         )
-    if hold == 1:
-        return _beside(inner, _Prompt(network))
-    view = _beside(inner.view or inner, _Averaged(network, hold))
-    return replace(_beside(inner, _Held(network, hold)), view=view)
+    return _Prompt(network) if hold == 1 else _Held(network, hold)
 
 
-@dataclass(frozen=True)
-class _Prompt:
+class _Beside(Shell):
+    """A network whose decisions are added to the command."""
+
+    def __init__(self, network: Network, hold: int = 1) -> None:
+        self.network, self.hold, self.numbers = network, hold, network.numbers
+        self.names = flat_names(self.sizes)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Of the parts of the state."""
+        raise NotImplementedError
+
+    @property
+    def key(self) -> Hashable:
+        return "network", type(self), self.hold, self.network.structure
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*inner, *self.network.signals)))
+
+    def passed(self, w: ca.SX, s: Signals, q: ca.SX) -> Passed:
+        added = self.added(w, self.heard(s), q)
+        return Passed(forth=lambda u: u + added, back=lambda v: v - added)
+
+    def added(self, w: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
+        """To the command [1], of signals s = (r, y) and the network's numbers q."""
+        raise NotImplementedError
+
+    def heard(self, s: Signals) -> ca.SX:
+        """(r, y) of the network."""
+        return ca.vertcat(s["reference"], *(s[name] for name in self.network.signals))
+
+    def past(self, s: Signals, u: ca.SX) -> ca.SX:
+        """The past at rest at these signals and this command."""
+        at_rest = np.linalg.solve(np.eye(len(self.network.A)) - self.network.A, self.network.B)
+        return ca.DM(at_rest) @ ca.vertcat(self.heard(s), u)
+
+    def decided(self, s: Signals, u: ca.SX) -> ca.SX:
+        """What is decided at rest."""
+        return _decided(self.network, self.past(s, u), self.heard(s), ca.SX(ca.DM(self.numbers)))
+
+
+class _Prompt(_Beside):
     """A decision at every sample; the state is the past [n], then what is remembered [k]."""
 
-    network: Network
+    @property
+    def sizes(self) -> dict[str, int]:
+        return {"past": len(self.network.A), "kept": self.network.remembers}
 
     @property
-    def states(self) -> int:
-        """How many."""
-        return len(self.network.A) + self.network.remembers
+    def remembers(self) -> tuple[int, ...]:
+        return tuple(range(len(self.network.A), len(self.names)))
 
-    def added(self, x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
-        """To the command [1], of signals s = (r, y) and the network's numbers q."""
-        return _decided(self.network, x[: len(self.network.A)], s, q, x[len(self.network.A) :])
+    def rest(self, s: Signals, u: ca.SX) -> ca.SX:
+        return ca.vertcat(self.past(s, u), ca.SX.zeros(self.network.remembers))
 
-    def after(self, x: ca.SX, s: ca.SX, added: ca.SX, v: ca.SX) -> ca.SX:
-        """The state a sample later, the drive having got v."""
-        past, kept = x[: len(self.network.A)], x[len(self.network.A) :]
+    def added(self, w: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
+        parts = parted(w, self.sizes)
+        return _decided(self.network, parts.past, s, q, parts.kept)
+
+    def after(self, w: ca.SX, s: Signals, v: ca.SX, q: ca.SX) -> ca.SX:
+        parts = parted(w, self.sizes)
+        past, kept, heard = parts.past, parts.kept, self.heard(s)
         if self.network.memory is not None:
-            kept = kept + self.network.memory.forgets * (_shown(self.network, past, s) ** 2 - kept)
-        return ca.vertcat(_later(self.network, past, s, v), kept)
-
-    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
-        """The states [lanes, k] at rest: pasts [lanes, n], what is decided [lanes], of signals [lanes, 1 + m]."""
-        return np.pad(past, ((0, 0), (0, self.network.remembers)))
+            kept = kept + self.network.memory.forgets * (_shown(self.network, past, heard) ** 2 - kept)
+        return ca.vertcat(_later(self.network, past, heard, v), kept)
 
 
-@dataclass(frozen=True)
-class _Held:
+class _Held(_Beside):
     """A decision every `hold` samples; the state is the past, how many samples ago the last one was, it, and its s."""
 
-    network: Network
-    hold: int
+    @property
+    def sizes(self) -> dict[str, int]:
+        return {"past": len(self.network.A), "since": 1, "last": 1, "seen": 1 + len(self.network.signals)}
 
     @property
-    def states(self) -> int:
-        return len(self.network.A) + 3 + len(self.network.signals)
+    def view(self) -> Shell:
+        return _Averaged(self.network, self.hold)
 
-    def added(self, x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
-        past, since, last, _ = self._parts(x)
+    def rest(self, s: Signals, u: ca.SX) -> ca.SX:
+        return ca.vertcat(self.past(s, u), 0, self.decided(s, u), self.heard(s))
+
+    def added(self, w: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
+        past, since, last, _ = self._parts(w)
         return ca.if_else(since < 0.5, _decided(self.network, past, s, q), last)
 
-    def after(self, x: ca.SX, s: ca.SX, added: ca.SX, v: ca.SX) -> ca.SX:
-        past, since, _, kept = self._parts(x)
-        decided_on, ends = ca.if_else(since < 0.5, s, kept), since > self.hold - 1.5
+    def after(self, w: ca.SX, s: Signals, v: ca.SX, q: ca.SX) -> ca.SX:
+        past, since, _, kept = self._parts(w)
+        heard = self.heard(s)
+        decided_on, ends = ca.if_else(since < 0.5, heard, kept), since > self.hold - 1.5
         past = ca.if_else(ends, _later(self.network, past, decided_on, v), past)
-        return ca.vertcat(past, ca.if_else(ends, 0, since + 1), added, decided_on)
+        return ca.vertcat(past, ca.if_else(ends, 0, since + 1), self.added(w, heard, q), decided_on)
 
-    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
-        return np.column_stack((past, np.zeros(len(past)), decided, signals))
-
-    def _parts(self, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-        n = len(self.network.A)
-        return x[:n], x[n], x[n + 1], x[n + 2 :]
+    def _parts(self, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        parts = parted(w, self.sizes)
+        return parts.past, parts.since, parts.last, parts.seen
 
 
-@dataclass(frozen=True)
-class _Averaged:
+class _Averaged(_Beside):
     """A decision at every sample, of pasts `hold` samples apart, and the mean of the last `hold` decisions; the state
     is the next pasts, then the decisions before."""
 
-    network: Network
-    hold: int
-
     @property
-    def states(self) -> int:
-        return self.hold * len(self.network.A) + self.hold - 1
+    def sizes(self) -> dict[str, int]:
+        return {"pasts": self.hold * len(self.network.A), "before": self.hold - 1}
 
-    def added(self, x: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
-        before = x[self.hold * len(self.network.A) :]
-        return (_decided(self.network, x[: len(self.network.A)], s, q) + ca.sum1(before)) / self.hold
+    def rest(self, s: Signals, u: ca.SX) -> ca.SX:
+        return ca.vertcat(*[self.past(s, u)] * self.hold, *[self.decided(s, u)] * (self.hold - 1))
 
-    def after(self, x: ca.SX, s: ca.SX, added: ca.SX, v: ca.SX) -> ca.SX:
-        n, pasts = len(self.network.A), self.hold * len(self.network.A)
-        before = x[pasts:]
-        newest = self.hold * added - ca.sum1(before)
-        return ca.vertcat(x[n:pasts], _later(self.network, x[:n], s, v), newest, before[:-1])
+    def added(self, w: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
+        before = w[self.hold * len(self.network.A) :]
+        return (_decided(self.network, w[: len(self.network.A)], s, q) + ca.sum1(before)) / self.hold
 
-    def start(self, past: np.ndarray, decided: np.ndarray, signals: np.ndarray) -> np.ndarray:
-        return np.hstack((np.tile(past, self.hold), np.tile(decided[:, None], self.hold - 1)))
+    def after(self, w: ca.SX, s: Signals, v: ca.SX, q: ca.SX) -> ca.SX:
+        n, pasts, heard = len(self.network.A), self.hold * len(self.network.A), self.heard(s)
+        before = w[pasts:]
+        newest = self.hold * self.added(w, heard, q) - ca.sum1(before)
+        return ca.vertcat(w[n:pasts], _later(self.network, w[:n], heard, v), newest, before[:-1])
 
 
 def _shown(network: Network, past: ca.SX, s: ca.SX) -> ca.SX:
@@ -139,34 +172,3 @@ def _shaped(part: ca.SX, shape: tuple[int, ...]) -> ca.SX:
 
 def _later(network: Network, past: ca.SX, s: ca.SX, v: ca.SX) -> ca.SX:
     return ca.DM(network.A) @ past + ca.DM(network.B) @ ca.vertcat(s, v)
-
-
-def _beside(inner: GraphLaw, added: _Prompt | _Held | _Averaged) -> GraphLaw:
-    """A law whose command has something added to it that has states and numbers of its own."""
-    network = added.network
-    signals = ["reference", *dict.fromkeys((*inner.measures, *network.signals))]
-    own, heard = ([signals.index(name) for name in ("reference", *of)] for of in (inner.measures, network.signals))
-    n, split = inner.states, len(inner.numbers)
-
-    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
-        return ca.SX(inner.graphs.output(x[:n], s[own], o, q[:split])) + added.added(x[n:], s[heard], q[split:])
-
-    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
-        more = added.added(x[n:], s[heard], q[split:])
-        after = ca.SX(inner.graphs.advance(x[:n], s[own], v - more, o, q[:split]))
-        return ca.vertcat(after, added.after(x[n:], s[heard], more, v))
-
-    def lanes(at: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        past = network.rest(at[:, heard], commands)
-        decided = network.commands(past, at[:, heard])
-        x, offset = starts(inner.start, at[:, own], commands - decided)
-        return np.hstack((x, added.start(past, decided, at[:, heard]))), offset
-
-    def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
-        return np.append(inner.settled(x[:n], at), x[n:])
-
-    numbers = np.append(inner.numbers, network.numbers)
-    key = "network", inner.graphs, type(added), added.states, network.structure, tuple(own), tuple(heard)
-    law = GraphLaw.of(output, advance, numbers, tuple(signals[1:]), n + added.states, LaneStart(lanes), key)
-    own_memory = range(n + added.states - network.remembers, n + added.states)
-    return replace(law, settled=settled, fallbacks=inner.fallbacks, memory=(*inner.memory, *own_memory))

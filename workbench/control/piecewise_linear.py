@@ -1,10 +1,14 @@
 """Piecewise linear functions of one variable: schedules of a gain, and static maps of the command."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.errors import InputError
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,3 +61,15 @@ class CommandMap:
     def back(self) -> PiecewiseLinear:
         """What is added to a mapped command to have the command again."""
         return PiecewiseLinear(self.to, self.at - self.to)
+
+
+def interpolated(at: "ca.SX", values: "ca.SX", x: "ca.SX") -> "ca.SX":
+    """Values [k] at increasing points [k], linear between them, held beyond: as PiecewiseLinear.
+
+    A sum of bends, so that the slope at a point is that of one of its sides: rounding decides at most which.
+    """
+    import casadi as ca
+
+    slopes = (values[1:] - values[:-1]) / (at[1:] - at[:-1])
+    bends = ca.vertcat(slopes, 0) - ca.vertcat(0, slopes)
+    return values[0] + ca.dot(bends, ca.fmax(x - at, 0))

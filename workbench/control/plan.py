@@ -1,12 +1,11 @@
 """What a controller's reference goes through where that is no filter: a plan, as a graph."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Hashable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..linear.state_space import StateSpace
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -31,13 +30,8 @@ class Plan(ABC):
     def numbers(self) -> np.ndarray:
         """What the graphs take as parameters q [k]."""
 
-    @cached_property
     @abstractmethod
-    def linear(self) -> StateSpace:
-        """About rest: from its inputs to "reference" and "command"."""
-
-    @abstractmethod
-    def rest(self, reference: float) -> np.ndarray:
+    def rest(self, reference: "ca.SX") -> "ca.SX":
         """The state at rest [n]."""
 
     @abstractmethod
@@ -48,13 +42,7 @@ class Plan(ABC):
     def advance(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> "ca.SX":
         """The state after a sample."""
 
-    @cached_property
-    def functions(self) -> tuple["ca.Function", "ca.Function"]:
-        """`output` and `advance` of numbers: (w, signals) -> (reference, command) and w."""
-        import casadi as ca
-
-        w, s = ca.SX.sym("w", self.states), ca.SX.sym("s", len(self.inputs))
-        q = ca.SX(ca.DM(self.numbers))
-        return ca.Function("output", [w, s], [*self.output(w, s, q)]), ca.Function(
-            "after", [w, s], [self.advance(w, s, q)]
-        )
+    @property
+    def key(self) -> Hashable:
+        """All that the graphs depend on, but for the numbers."""
+        return type(self), self.inputs, self.states, len(self.numbers)

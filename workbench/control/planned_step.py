@@ -18,7 +18,9 @@ def planned_step(given: Any, found: Any) -> None:
 
     given: the filter's state [STATES], the last finite reference, the command before, what is measured [MEASURED], the
     references from now on [REFERENCES]. found: the command, whether the plan keeps every limit (1 or 0), the reference
-    kept, and the filter's state after this period under a command of 0 [STATES].
+    kept, and the filter's state after this period under a command of 0 [STATES]. Where another solver makes the plan,
+    PLANS is 0 and SHOWN is LIMITS: then also the command without a plan, how many limits it passes, and what becomes
+    of the limited signals [SHOWN].
     """
     state = space(STATES)
     wanted = space(REFERENCES)
@@ -134,7 +136,14 @@ def planned_step(given: Any, found: Any) -> None:
 
     # the plan: the least changes with which they keep their limits, by a dual active set (Goldfarb and Idnani, 1983)
     arrived = 1.0
+    looked = 0.0
     if passed > 0:
+        looked = 1.0
+    for j in range(SHOWN):
+        found[3 + STATES] = command
+        found[4 + STATES] = looked
+        found[5 + STATES + j] = rest[j]
+    if passed > 0 and PLANS > 0:
         free = space(LIMITS)
         held = places(LIMITS)
         limit = places(ACTIVE + 1)

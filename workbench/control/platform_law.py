@@ -9,9 +9,10 @@ import casadi as ca
 import numpy as np
 
 from ..engine.sampled_law import LawGraphs
-from .graph_law import GraphLaw, as_graph, interpolated
+from .law import Law
+from .piecewise_linear import interpolated
 from .platform_controller import LEGS, PlatformController
-from .protocol import sampled_law
+from .protocol import graph_law
 
 Start = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -32,11 +33,11 @@ class PlatformLaw:
 
 @lru_cache(maxsize=32)  # a loop asks at every run
 def platform_law(controller: PlatformController) -> PlatformLaw | None:
-    """A platform controller's law; None where one of its laws is neither data nor a graph."""
-    laws = [sampled_law(law) for law in controller.laws]
+    """A platform controller's law; None where one of its laws is not a graph."""
+    laws = [graph_law(law) for law in controller.laws]
     if any(law is None for law in laws):
         return None
-    graphs = [as_graph(law) for law in laws if law is not None]
+    graphs = [law for law in laws if law is not None]
     whole = _Whole(controller, graphs)
     return PlatformLaw(LawGraphs(*whole.graphs()), whole.numbers, controller.measures, whole.start)
 
@@ -57,7 +58,7 @@ def _from_nothing(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray
 class _Whole:
     """Six laws side by side: their states, numbers and offsets follow one another."""
 
-    def __init__(self, controller: PlatformController, laws: list[GraphLaw]) -> None:
+    def __init__(self, controller: PlatformController, laws: list[Law]) -> None:
         self._laws, self._measures, self._map = laws, controller.measures, controller.command_map
         self._u = controller.directions
         self._mixes = not np.array_equal(self._u, np.eye(LEGS))
@@ -82,9 +83,10 @@ class _Whole:
         own = self._u.T @ (command if self._map is None else command + self._map.back.over(command))
         mixed = self._u.T @ np.concatenate((signals[:LEGS, None], signals[2 * LEGS :].reshape(LEGS, -1)), axis=1)
         starts = [
-            law.start(row[self._places(law)], float(v)) for law, row, v in zip(self._laws, mixed, own, strict=True)
+            law.starts(row[None, self._places(law)], np.array([v]))
+            for law, row, v in zip(self._laws, mixed, own, strict=True)
         ]
-        return np.concatenate([x for x, _ in starts]), np.array([offset for _, offset in starts])
+        return np.concatenate([x[0] for x, _ in starts]), np.concatenate([offset for _, offset in starts])
 
     def _output(self, x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
         seen = self._seen(s, q)
@@ -117,7 +119,7 @@ class _Whole:
         mixed = self._directions(q).T @ legs if self._mixes else legs
         return [mixed[j, self._places(law)].T for j, law in enumerate(self._laws)]
 
-    def _places(self, law: GraphLaw) -> list[int]:
+    def _places(self, law: Law) -> list[int]:
         return [0, *(1 + self._measures.index(name) for name in law.measures)]
 
     def _directions(self, q: ca.SX) -> ca.SX:

@@ -4,22 +4,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast, dataclass_transform
 
 from ..base.errors import InputError
 from ..base.units import quantity
 from ..linear.state_space import StateSpace, as_state_space
-from .linear_law import LinearLaw, realised_as_demanded
-from .scheduled_law import ScheduledLaw
 
 if TYPE_CHECKING:
     import control
 
-    from .graph_law import GraphLaw
-
-SampledLaw: TypeAlias = "LinearLaw | GraphLaw"
+    from .law import Law
 
 T = TypeVar("T")
 
@@ -57,54 +51,33 @@ class Controller(Protocol):
         ...
 
 
-class LaneController(Protocol):
-    """A controller of one design on many plants at once: `Controller` with every signal an array [lanes].
-
-    Each lane has states of its own, and gets the command that the controller would demand. It is what `lanes()` of a
-    controller returns whose law is neither data nor a graph; `reset` sets how many lanes there are. That of a
-    controller with a `preview` has `set_preview(future)`, [preview + 1, lanes].
-    """
-
-    def reset(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray], command: np.ndarray) -> None:
-        """Start without a bump."""
-        ...
-
-    def compute(self, reference: np.ndarray, measurement: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The demanded commands [1]."""
-        ...
-
-    def update(self, realised: np.ndarray) -> None:
-        """Advance the states by one period, knowing the commands [1] that the drives really got."""
-        ...
-
-    def stop(self, lanes: np.ndarray) -> None:
-        """These lanes, bool [lanes], have tripped: what is demanded of them no longer counts."""
-        ...
-
-
 def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -> StateSpace:
     """A controller's linear view, its signals named as the protocol has them.
 
     `at` has the plant's outputs, the command [1] and the specimen's "stiffness" of the operating point, SI, by name: a
-    law that differs between operating points, whose method is `linear(at)`, needs it, and so does a graph. Raises
+    law that differs between operating points, or a controller whose method is `linear(at)`, needs it. Raises
     NoLinearView for a controller without one, NeedsOperatingPoint for one that needs `at`, and InputError for one that
     is no system of its signals.
     """
-    if hasattr(controller, "linear"):
-        linear = cast(Any, controller.linear)
-        view = _seen(controller, linear, () if not signature(linear).parameters else (at,))
-    elif law := _own(controller, "graph_law"):
-        view = realised_as_demanded(law.linearised(operating(at)), 1.0)
-    else:
+    if law := graph_law(controller):
+        return law_view(law, at)
+    if not hasattr(controller, "linear"):
         raise NoLinearView(f"{type(controller).__name__} has no linear view; give it a method `linear`")
+    linear = cast(Any, controller.linear)
+    view = as_state_space(_seen(controller, linear, () if not signature(linear).parameters else (at,)))
     names = ("reference", *controller.measures)
-    view = as_state_space(view)
     if view.D.shape != (1, len(names)):
         raise InputError(
             f"{type(controller).__name__}.linear: has {view.D.shape[1]} inputs and {view.D.shape[0]} outputs; make it "
             f"a system from {', '.join(names)} to the command"
         )
     return view.relabelled(names, ("command",))
+
+
+def law_view(law: "Law", at: Mapping[str, float] | None) -> StateSpace:
+    """(reference, *measures) -> command of a law; raises NeedsOperatingPoint for one that differs between points."""
+    linear = (law.view or law).matrices
+    return linear.view(law.measures, law.period) if linear else law.linearised(operating(at))
 
 
 def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> Any:
@@ -145,44 +118,20 @@ def preview(controller: Controller) -> int:
     return int(getattr(controller, "preview", 0))
 
 
-def linear_law(controller: Controller) -> LinearLaw | None:
-    """A controller's law as data: its method `linear_law`, where it has one."""
-    return _own(controller, "linear_law")
-
-
-def sampled_law(controller: Controller) -> "SampledLaw | None":
-    """The law with which loops run compiled: its method `linear_law`, or `graph_law`, where it has one.
+def graph_law(controller: Controller) -> "Law | None":
+    """The law of a controller that gives it by its method `graph_law`; None of one that only computes in Python.
 
     A class that overrides how its base class computes has the law of that class no more.
     """
-    return linear_law(controller) or _own(controller, "graph_law")
-
-
-def lane_controller(controller: Controller) -> LaneController | None:
-    """A controller's form in lanes: its method `lanes`, where it has one."""
-    return _own(controller, "lanes")
-
-
-def scheduled_law(controller: Controller) -> ScheduledLaw:
-    """A controller's law in the form that is exported: its method `scheduled_law`, else its linear view.
-
-    Raises InputError where it has neither, and NeedsOperatingPoint where that view differs between operating points.
-    """
-    law = _own(controller, "scheduled_law")
-    return ScheduledLaw(linear_view(controller)) if law is None else law
-
-
-def _own(controller: Controller, method: str) -> Any:
-    """What a method gives, where neither it nor what it stands for is missing or overridden."""
     classes = type(controller).__mro__
 
     def depth(name: str) -> int:
         return next((i for i, owner in enumerate(classes) if name in vars(owner)), len(classes))
 
-    known = depth(method)
+    known = depth("graph_law")
     if known == len(classes) or any(depth(name) < known for name in ("reset", "compute", "update")):
         return None
-    return getattr(controller, method)()
+    return cast(Any, controller).graph_law()
 
 
 def fallbacks(controller: Controller) -> int | None:

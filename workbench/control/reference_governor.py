@@ -55,18 +55,3 @@ class ReferenceGovernor:
         """Predictions [m, n + k] of the state and the references, their room [m] either way, and what a shift of all
         references adds to each [m]."""
         return self._rows, self._room, self._answers
-
-    def governed(self, state: np.ndarray, references: np.ndarray) -> np.ndarray:
-        """References [k] from now on as they may be followed from an observed state [n + 2], all shifted alike.
-
-        In lanes references [k, lanes] from states [n + 2, lanes], a shift a lane.
-        """
-        allowed = np.minimum(np.maximum(references, -self.stroke), self.stroke)
-        free = self._rows @ np.concatenate((state, allowed))
-        room, answers = (part.reshape(-1, *[1] * (free.ndim - 1)) for part in (self._room, self._answers))
-        inside = np.abs(free) <= room
-        if inside.all():
-            return allowed
-        least, most = ((-room - free) / answers).max(axis=0), ((room - free) / answers).min(axis=0)
-        shift = np.where(inside.all(axis=0), 0.0, np.minimum(np.maximum(0.0, least), most))
-        return np.minimum(np.maximum(allowed + shift, -self.stroke), self.stroke)

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.errors import InputError
-from ..linear.state_space import StateSpace
 from .plan import Plan
 
 if TYPE_CHECKING:
@@ -71,9 +70,11 @@ class ReferencePlan(Plan):
         """How many: the motion's positions, newest first, its speed, and that of the high pass."""
         return PAST + 2
 
-    def rest(self, reference: float) -> np.ndarray:
+    def rest(self, reference: "ca.SX") -> "ca.SX":
         """The state at rest [n]."""
-        return np.append(np.full(PAST, reference), (0.0, 0.0))
+        import casadi as ca
+
+        return ca.vertcat(*[reference] * PAST, 0, 0)
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -133,20 +134,6 @@ class ReferencePlan(Plan):
         import casadi as ca
 
         return q[5 * PAST + 3] * ca.dot(q[4 * PAST : 5 * PAST], w[:PAST] - w[0])
-
-    @cached_property
-    def linear(self) -> StateSpace:
-        """About rest: from its inputs to the planned reference and the command; without limits."""
-        import casadi as ca
-
-        w, s = ca.SX.sym("w", self.states), ca.SX.sym("s", len(self.inputs))
-        q = ca.SX(ca.DM(self.numbers))
-        outputs, after = ca.vertcat(*self.output(w, s, q)), self.advance(w, s, q)
-        slopes = [ca.jacobian(y, of) for y in (after, outputs) for of in (w, s)]
-        at = ca.Function("slopes", [w, s], [ca.densify(slope) for slope in slopes])
-        rest = [self.flow.drop + self.flow.drain if name == "supply" else 0.0 for name in self.inputs]
-        a, b, c, d = (np.array(part) for part in at(self.rest(0.0), rest))
-        return StateSpace(a, b, c, d, self.period, list(self.inputs), ["reference", "command"])
 
 
 def _averaged(length: float, late: float) -> np.ndarray:

@@ -104,14 +104,15 @@ class SineControl(Plan):
         )
         return StateSpace(a, b, np.vstack((c, lead)), np.vstack((d, direct)), self.period, ["reference"], ["p", "q"])
 
-    def rest(self, reference: float) -> np.ndarray:
+    def rest(self, reference: "ca.SX") -> "ca.SX":
         """The state at rest [n]: nothing measured, G by the loop's response."""
+        import casadi as ca
+
         band, start = self._band, 1 / self.responses[0]
-        x = np.linalg.solve(np.eye(2) - band.A, band.B[:, 0] * reference)
-        learned = [
-            np.array([0, 0, 0, 0, 0, 0, inverse.real, inverse.imag]) for inverse in 1 / np.array(self.responses[1:])
-        ]
-        return np.concatenate((x, np.zeros(1 + 2 * self._sums), (start.real, start.imag, 0.0), *learned))
+        x = ca.DM(np.linalg.solve(np.eye(2) - band.A, band.B[:, 0])) * reference
+        learned = [(0, 0, 0, 0, 0, 0, inverse.real, inverse.imag) for inverse in 1 / np.array(self.responses[1:])]
+        known = np.concatenate((np.zeros(1 + 2 * self._sums), (start.real, start.imag, 0.0), *learned))
+        return ca.vertcat(x, ca.DM(known))
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -196,22 +197,6 @@ class SineControl(Plan):
         step = _limited(_conjugate(there) / (ca.sumsqr(there) + _FAINT**2), _STEP)
         g = error / (error + noise + _FAINT**2)
         return _limited(_times(gain, _one() + g * (step - _one())), most), 1 / (1 + error / _COARSE**2)
-
-    @cached_property
-    def linear(self) -> StateSpace:
-        """About rest, without what it learns block by block."""
-        band, start = self._band, 1 / self.responses[0]
-        share = np.array([[start.real - 1, start.imag]])
-        c, d = share @ band.C, 1 + share @ band.D
-        return StateSpace(
-            band.A,
-            np.column_stack((band.B, np.zeros(2))),
-            np.vstack((c, np.zeros((1, 2)))),
-            np.block([[d, np.zeros((1, 1))], [np.zeros((1, 2))]]),
-            self.period,
-            list(self.inputs),
-            ["reference", "command"],
-        )
 
 
 def _harmonic(

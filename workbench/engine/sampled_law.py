@@ -1,10 +1,9 @@
-"""A sampled linear law inside the compiled run of a plant: what happens at each sampling instant, as one graph.
+"""A sampled law inside the compiled run of a plant: what happens at each sampling instant, as one graph.
 
 At an instant the sensors are read, the law demands a command, the guard limits it or trips, the drive holds what has
-arrived. The law is x+ = A x + B (r, y) + E (u - o), u_demanded = C x + D (r, y) + o, or a pair of graphs of the same
-shape, with its numbers as parameters, so that other gains, rigs, limits and noise need no other machine code. The law
-does not learn of a command that is added to its own. loop/sampled_loop.py runs the same instants in Python and is the
-oracle in tests.
+arrived. The law is a pair of graphs, with its numbers as parameters, so that other gains, rigs, limits and noise need
+no other machine code. The law does not learn of a command that is added to its own. loop/sampled_loop.py runs the same
+instants in Python and is the oracle in tests.
 """
 
 from collections.abc import Callable, Mapping
@@ -47,7 +46,7 @@ class InstantShape(Protocol):
 
 
 class LawGraphs:
-    """A law that is not linear: output (x, (r, y), o, q) -> u, and advance (x, (r, y), v, o, q) -> x+.
+    """A law: output (x, (r, y), o, q) -> u, and advance (x, (r, y), v, o, q) -> x+.
 
     v is the command that the drive really got, o the constant that starts a loop without a bump, q the law's numbers.
     Two of them are the same where their graphs are.
@@ -74,11 +73,26 @@ class LawGraphs:
 
     @cached_property
     def slopes(self) -> ca.Function:
-        """(x, (r, y), v, o, q) -> df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv of advance f and output g."""
-        x, s, v, o, q = (ca.SX.sym("i", self.advance.size1_in(i)) for i in range(5))
+        """(x, (r, y), v, o, q) -> df/dx, df/d(r, y), dg/dx, dg/d(r, y), df/dv, df/do, dg/do of advance f and output
+        g."""
+        symbols, slopes = self._slopes
+        return ca.Function("slopes", list(symbols), [ca.densify(slope) for slope in slopes])
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether the slopes are the same everywhere."""
+        if self.calls:
+            return False
+        symbols, slopes = self._slopes
+        return not ca.depends_on(ca.veccat(*slopes), ca.vertcat(*symbols[:4]))
+
+    @cached_property
+    def _slopes(self) -> tuple[tuple[ca.SX, ...], tuple[ca.SX, ...]]:
+        """x, (r, y), v, o and q, and the slopes."""
+        x, s, v, o, q = symbols = tuple(ca.SX.sym("i", self.advance.size1_in(i)) for i in range(5))
         u, after = self.output(x, s, o, q), self.advance(x, s, v, o, q)
-        slopes = (ca.jacobian(y, of) for y, of in ((after, x), (after, s), (u, x), (u, s), (after, v)))
-        return ca.Function("slopes", [x, s, v, o, q], [ca.densify(slope) for slope in slopes])
+        pairs = (after, x), (after, s), (u, x), (u, s), (after, v), (after, o), (u, o)
+        return symbols, tuple(ca.jacobian(y, of) for y, of in pairs)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, LawGraphs) and self._text == other._text
@@ -94,23 +108,24 @@ class LawGraphs:
 class LawShape:
     """What decides the machine code of an instant; everything else is a parameter.
 
-    states: of the law; `graphs`, where it is not linear. measured: the outputs that it sees. sensors: all of the rig's,
-    in the order of their noise. late: whole periods that a command is on its way, and with `split` a part of one more,
-    over which the drive holds the older command, or `interpolated` the mean. own_delays: each lane has a delay of its
-    own of up to so many whole periods. noisy: sensors have noise and resolution. recorded: outputs put out.
+    graphs: the law's. measured: the outputs that it sees. sensors: all of the rig's, in the order of their noise.
+    ahead: how many samples ahead it knows its reference. late: whole periods that a command is on its way, and with
+    `split` a part of one more, over which the drive holds the older command, or `interpolated` the mean. own_delays:
+    each lane has a delay of its own of up to so many whole periods. noisy: sensors have noise and resolution. recorded:
+    outputs put out.
     """
 
-    states: int
+    graphs: LawGraphs
     measured: tuple[str, ...]
     sensors: tuple[str, ...]
     guard: GuardShape
+    ahead: int = 0
     late: int = 0
     split: bool = False
     interpolated: bool = False
     own_delays: bool = False
     noisy: bool = False
     recorded: tuple[str, ...] = ()
-    graphs: LawGraphs | None = None
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -120,7 +135,7 @@ class LawShape:
     @property
     def state(self) -> dict[str, slice]:
         """Places in the state of an instant: the command that the drive holds last, those on their way, ..."""
-        return places(held=1, line=self.late + 1, command=1, guard=length(self.guard.state), law=self.states)
+        return places(held=1, line=self.late + 1, command=1, guard=length(self.guard.state), law=self.graphs.states)
 
     @property
     def width_out(self) -> int:
@@ -139,17 +154,21 @@ class LawShape:
     @property
     def numbers(self) -> dict[str, slice]:
         """Places of the parameters."""
-        n, m, sensors = self.states, 1 + len(self.measured), len(self.read)
-        law = {"a": n * n, "b": n * m, "c": n, "d": m, "e": n}
-        if self.graphs:
-            law = {"q": self.graphs.numbers}
+        sensors = len(self.read)
         guard = {name: place.stop - place.start for name, place in self.guard.numbers.items()}
         taps = {"taps": self.late + 1} if self.own_delays else {}
-        return places(**law, offset=1, **guard, part=1, **taps, noise=sensors, resolution=sensors)
+        own = {"q": self.graphs.numbers, "offset": 1}
+        return places(**own, **guard, part=1, **taps, noise=sensors, resolution=sensors)
 
     def inputs(self, plant: Plant) -> dict[str, slice]:
-        """Places in the row of an instant: reference, added command, the plant's inputs but for the command, noise."""
-        return places(reference=1, added=1, others=len(plant.inputs) - 1, noise=len(self.sensors) if self.noisy else 0)
+        """Places in the row of an instant: the reference and those to come, added command, the plant's inputs but for
+        the command, noise."""
+        return places(
+            reference=1 + self.ahead,
+            added=1,
+            others=len(plant.inputs) - 1,
+            noise=len(self.sensors) if self.noisy else 0,
+        )
 
 
 def instant(plant: Plant, shape: LawShape) -> ca.Function:
@@ -171,8 +190,8 @@ def instant(plant: Plant, shape: LawShape) -> ca.Function:
 
 def controller_instant(shape: LawShape) -> ca.Function:
     """(state, row, numbers) -> (state after, sent, demanded, trip): an instant of law and guard alone, whose readings
-    come from outside. A row is the reference, the added command, and the readings of `shape.read`."""
-    vectors = (shape.state, places(reference=1, added=1, readings=len(shape.read)), shape.numbers)
+    come from outside. A row is the reference and those to come, the added command, and the readings of `shape.read`."""
+    vectors = (shape.state, places(reference=1 + shape.ahead, added=1, readings=len(shape.read)), shape.numbers)
     state, row, numbers = (ca.SX.sym(name, length(of)) for name, of in zip("srq", vectors, strict=True))
     s, r, q = (parts(vector, of) for vector, of in zip((state, row, numbers), vectors, strict=True))
     law = _law(shape, s, r, q, {name: r["readings"][i] for i, name in enumerate(shape.read)})
@@ -198,10 +217,11 @@ def _law(shape: LawShape, s: Parts, r: Parts, q: Parts, readings: Parts) -> dict
     """The command that the guard lets through, what was demanded, the trip, and the law's state after."""
     signals = ca.vertcat(r["reference"], *(readings[name] for name in shape.measured))
     guard = parts(s["guard"], shape.guard.state)
-    guard = watched(shape.guard, guard, ca.vertcat(*readings.values()), s["command"], r["reference"], q)
-    asked = ca.if_else(guard["trip"] > 0, 0, _asked(shape, s["law"], signals, q) + r["added"])
+    guard = watched(shape.guard, guard, ca.vertcat(*readings.values()), s["command"], r["reference"][0], q)
+    demanded = ca.SX(shape.graphs.output(s["law"], signals, q["offset"], q["q"]))
+    asked = ca.if_else(guard["trip"] > 0, 0, demanded + r["added"])
     sent, trip = let_through(guard, asked, s["command"], q)
-    advanced = _advanced(shape, s["law"], signals, sent - r["added"], q)
+    advanced = ca.SX(shape.graphs.advance(s["law"], signals, sent - r["added"], q["offset"], q["q"]))
     return {
         "sent": sent,
         "demanded": asked,
@@ -209,22 +229,6 @@ def _law(shape: LawShape, s: Parts, r: Parts, q: Parts, readings: Parts) -> dict
         "guard": packed_state(shape.guard, guard | {"trip": trip}),
         "state": ca.if_else(trip > 0, s["law"], advanced),
     }
-
-
-def _asked(shape: LawShape, x: ca.SX, signals: ca.SX, q: Parts) -> ca.SX:
-    """The command that the law computes from its state and (r, y)."""
-    if shape.graphs:
-        return ca.SX(shape.graphs.output(x, signals, q["offset"], q["q"]))
-    return ca.dot(q["c"], x) + ca.dot(q["d"], signals) + q["offset"]
-
-
-def _advanced(shape: LawShape, x: ca.SX, signals: ca.SX, sent: ca.SX, q: Parts) -> ca.SX:
-    """The law's state one period on."""
-    if shape.graphs:
-        return ca.SX(shape.graphs.advance(x, signals, sent, q["offset"], q["q"]))
-    n, m = shape.states, signals.numel()
-    a, b = (ca.reshape(q[name], columns, n).T for name, columns in (("a", n), ("b", m)))
-    return a @ x + b @ signals + q["e"] * (sent - q["offset"])
 
 
 def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -3,17 +3,18 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from ..control.linear_law import starts
-from ..control.protocol import SampledLaw
+from ..control.law import Law
+from ..control.protocol import Controller, graph_law
 from ..engine import Engine
 from ..engine.guard_shape import TRIPS
 from ..engine.sampled_law import OUT
 from ..linear.equilibria import Equilibria
 from ..rigs.rig import Rig
-from .compiled_loop import CompiledLaw, compiled_law
+from .compiled_loop import CompiledLaw, compiled_law, with_preview
 from .sensors import Sensors, draws
 
 CHUNK = 500  # lanes at a time: what they put out stays in memory, metrics are taken of it, and it is let go
@@ -53,7 +54,7 @@ class Lanes:
 def run_lanes(
     engine: Engine,
     rig: Rig,
-    law: "SampledLaw | Sequence[SampledLaw]",
+    law: Law | Sequence[Law],
     points: Equilibria,
     p: np.ndarray,
     reference: np.ndarray,
@@ -77,6 +78,16 @@ def run_lanes(
         ready = compiled_law(engine, rig, laws, sensors, chunk.p, recorded)
         own = laws[lanes] if isinstance(law, Sequence) else laws
         yield lanes, _run_chunk(engine, ready, own, sensors, chunk, added)
+
+
+def play_lanes(
+    engine: Engine, rig: Rig, controller: Controller, *lanes: Any, **rest: Any
+) -> Iterator[tuple[slice, Lanes]]:
+    """`run_lanes` of a controller's law. Raises ValueError for one that only computes in Python."""
+    law = graph_law(controller)
+    if law is None:
+        raise ValueError(f"{type(controller).__name__} has no graph, and does not play in lanes")
+    return run_lanes(engine, rig, law, *lanes, **rest)
 
 
 @dataclass(frozen=True)
@@ -134,19 +145,19 @@ def _drawn(seed: int, lanes: range, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _starts(
-    laws: Sequence[SampledLaw], signals: np.ndarray, commands: np.ndarray
-) -> tuple[np.ndarray | list[np.ndarray], np.ndarray]:
+    laws: Sequence[Law], signals: np.ndarray, commands: np.ndarray
+) -> tuple[np.ndarray | Sequence[np.ndarray], np.ndarray]:
     """States and constants of one law for all lanes, or of one for each."""
     if len(laws) == 1:
-        return starts(laws[0].start, signals, commands)
-    each = [law.start(s, u) for law, s, u in zip(laws, signals, commands.tolist(), strict=True)]
-    return [x for x, _ in each], np.array([offset for _, offset in each])
+        return laws[0].starts(signals, commands)
+    each = [law.starts(signals[i : i + 1], commands[i : i + 1]) for i, law in enumerate(laws)]
+    return [x[0] for x, _ in each], np.concatenate([offset for _, offset in each])
 
 
 def _run_chunk(
     engine: Engine,
     ready: CompiledLaw,
-    laws: Sequence[SampledLaw],
+    laws: Sequence[Law],
     sensors: Sensors,
     chunk: LaneChunk,
     added: np.ndarray | float,
@@ -159,7 +170,8 @@ def _run_chunk(
     state = ready.start(x, points.u[:, :1])
     numbers = ready.numbers(laws, offset)
     level = chunk.outputs[:, [plant.output(measures[0])]]
-    given = np.stack(np.broadcast_arrays(level + chunk.reference, added), axis=2)
-    rows = np.concatenate((given, chunk.others, chunk.normal[:, 1:]), axis=2)
+    asked = with_preview(level + chunk.reference, laws[0].preview)
+    more = np.broadcast_to(added, asked.shape[:2])[..., None]
+    rows = np.concatenate((asked, more, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
     return Lanes.of(out, ready.shape.recorded, ~batch.ok, ready.remembered(laws[0], state))

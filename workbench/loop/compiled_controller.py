@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..control.protocol import Controller, SampledLaw, sampled_law
+from ..control.law import Law
+from ..control.protocol import Controller, graph_law
 from ..engine import LaneDelays
 from ..engine.backend import NotCompiled
 from ..engine.guard_shape import length
@@ -19,18 +20,18 @@ _OUT = 3  # what an instant gives: sent, demanded, trip
 
 
 class CompiledController:
-    """As GuardedController, of a law that is data or a graph, on a rig whose readings have `signals`."""
+    """As GuardedController, of a law, on a rig whose readings have `signals`."""
 
-    def __init__(self, rig: Rig, law: SampledLaw, signals: tuple[str, ...], noisy: bool) -> None:
+    def __init__(self, rig: Rig, law: Law, signals: tuple[str, ...], noisy: bool) -> None:
         shape = guard_shape(rig, signals, law.measures)
-        graphs = getattr(law, "graphs", None)
         none = LaneDelays(np.zeros(1, int), np.zeros(1))
         nothing = np.zeros(len(shape.read))
         limits = guard_numbers(rig, shape, law.measures, noisy)
-        law_shape = LawShape(law.states, law.measures, signals, shape, graphs=graphs)
+        law_shape = LawShape(law.dense().graphs, law.measures, signals, shape, law.preview)
         self._whole = CompiledLaw(law_shape, np.array([rig.period.value]), limits, none, nothing, nothing)
         self._rig, self._law, self._read = rig, law, law_shape.read
-        self._row, self._out = np.zeros(2 + len(self._read)), np.zeros(_OUT)
+        self._ahead = 1 + law.preview
+        self._row, self._out = np.zeros(self._ahead + 1 + len(self._read)), np.zeros(_OUT)
         self._state = np.zeros((1, length(law_shape.state)))
         call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)
         self._code = call(compile_controller(law_shape))
@@ -45,9 +46,9 @@ class CompiledController:
     def reset(self, measured: Mapping[str, float], command: float) -> None:
         """Start from readings, where the drive holds a command."""
         law = self._law
-        x, offset = law.start(law.picked(measured[law.measures[0]], measured), command)
-        self._numbers = np.ascontiguousarray(self._whole.numbers([law], np.array([offset])))
-        self._state = np.ascontiguousarray(self._whole.start([x], np.array([[command]])))
+        x, offset = law.starts(law.picked(measured[law.measures[0]], measured)[None], np.array([command]))
+        self._numbers = np.ascontiguousarray(self._whole.numbers([law], offset))
+        self._state = np.ascontiguousarray(self._whole.start(x, np.array([[command]])))
         self._out[:] = 0.0
         arrays = (self._state, self._row, self._numbers, self._out)
         self._addresses = tuple(array.ctypes.data for array in arrays)
@@ -56,8 +57,9 @@ class CompiledController:
         self, measured: Mapping[str, float], reference: float, added: float = 0.0, future: np.ndarray | None = None
     ) -> tuple[float, float, float]:
         """One sampling instant: the command to send, the one that was demanded, and 0 for the time that it took."""
-        self._row[:2] = reference, added
-        self._row[2:] = [measured[name] for name in self._read]
+        self._row[: self._ahead] = reference if future is None else future
+        self._row[self._ahead] = added
+        self._row[self._ahead + 1 :] = [measured[name] for name in self._read]
         self._code(*self._addresses)
         sent, demanded, _ = self._out.tolist()
         return sent, demanded, 0.0
@@ -71,7 +73,7 @@ def controller_on(
     rig: Rig, controller: Controller, signals: tuple[str, ...], noisy: bool
 ) -> CompiledController | GuardedController:
     """A controller with its guard on a rig whose readings have `signals`, compiled where its law can be."""
-    law = sampled_law(controller)
+    law = graph_law(controller)
     if law is not None:
         try:
             return CompiledController(rig, law, signals, noisy)

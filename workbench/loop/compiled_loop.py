@@ -1,20 +1,17 @@
-"""Closed loops, compiled: the plant, a law that is data or a graph, and the guard in one run of the engine."""
+"""Closed loops, compiled: the plant, a law, and the guard in one run of the engine."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..control.linear_law import LinearLaw
-from ..control.protocol import SampledLaw
+from ..control.law import Law
 from ..engine import Engine, LaneDelays
 from ..engine.guard_shape import length, packed
 from ..engine.sampled_law import LawShape
 from ..rigs.rig import Rig
 from .guard_numbers import guard_numbers, guard_shape, trip_reason
 from .sensors import Sensors
-
-_STATES = 4  # laws are filled up to a multiple of so many states, so that laws alike share their machine code
 
 
 @dataclass(frozen=True)
@@ -32,12 +29,11 @@ class CompiledLaw:
     noise: np.ndarray
     resolution: np.ndarray
 
-    def numbers(self, laws: Sequence[SampledLaw], offset: np.ndarray) -> np.ndarray:
+    def numbers(self, laws: Sequence[Law], offset: np.ndarray) -> np.ndarray:
         """The parameters [lanes, k] of one law for all lanes or one for each, with their constants o [lanes]."""
-        own = [_law_numbers(law, self.shape.states) for law in laws]
         return packed(
             self.shape.numbers,
-            **{name: np.array([numbers[name] for numbers in own]) for name in own[0]},
+            q=np.array([law.dense(self.states).numbers for law in laws]),
             offset=offset[:, None],
             **self.guard,
             part=self.delays.part[:, None] if self.shape.own_delays else self.delays.part[0],
@@ -48,7 +44,7 @@ class CompiledLaw:
 
     def start(self, states: np.ndarray | Sequence[np.ndarray], command: np.ndarray) -> np.ndarray:
         """The state [lanes, k] at the start: states [n] of the laws, the drive holding a command [lanes, 1]."""
-        lanes, law = len(states), np.zeros((len(states), self.shape.states))
+        lanes, law = len(states), np.zeros((len(states), self.states))
         for own, x in zip(law, states, strict=True):
             own[: len(x)] = x
         return packed(
@@ -60,31 +56,20 @@ class CompiledLaw:
             law=law,
         ).copy()
 
-    def remembered(self, law: SampledLaw, state: np.ndarray) -> np.ndarray | None:
+    @property
+    def states(self) -> int:
+        """Of the law."""
+        return self.shape.graphs.states
+
+    def remembered(self, law: Law, state: np.ndarray) -> np.ndarray | None:
         """What a law has in its memory [lanes, m], of the state [lanes, k]; None of one without a memory."""
-        if isinstance(law, LinearLaw) or not law.memory:
-            return None
-        return state[:, self.shape.state["law"]][:, list(law.memory)]
-
-
-def _law_numbers(law: SampledLaw, states: int) -> dict[str, np.ndarray]:
-    """A law's own parameters, a linear one's filled up to so many states."""
-    if not isinstance(law, LinearLaw):
-        return {"q": law.numbers}
-    more = states - law.states
-    return {
-        "a": np.pad(law.a, (0, more)).ravel(),
-        "b": np.pad(law.b, ((0, more), (0, 0))).ravel(),
-        "c": np.pad(law.c, (0, more)),
-        "d": law.d,
-        "e": np.pad(law.e, (0, more)),
-    }
+        return state[:, self.shape.state["law"]][:, list(law.memory)] if law.memory else None
 
 
 def compiled_law(
     engine: Engine,
     rig: Rig,
-    laws: Sequence[SampledLaw],
+    laws: Sequence[Law],
     sensors: Sensors,
     p: np.ndarray,
     recorded: tuple[str, ...] = (),
@@ -94,23 +79,27 @@ def compiled_law(
 
     Raises ValueError for laws that differ in what they measure, or in their graphs.
     """
-    plant, law = engine.plant, laws[0]
-    graphs = {None if isinstance(each, LinearLaw) else each.graphs for each in laws}
+    plant, law, states = engine.plant, laws[0], max(each.states for each in laws)
+    graphs = {each.dense(states).graphs for each in laws}
     if len(graphs) > 1 or any(each.measures != law.measures for each in laws):
         raise ValueError("laws in lanes must measure the same signals and have the same graphs")
     delays = LaneDelays.of(plant.lane_lateness(p), rig.period.value)
     late, part = int(delays.whole.max()), delays.part[0]
     (graph,), split = graphs, bool(delays.part.any()) and not plant.interpolated
-    states = max(each.states for each in laws)
-    states = states if graph else -(-states // _STATES) * _STATES
     drive = late, split, plant.interpolated, delays.differ
     guard = guard_shape(rig, sensors.names, law.measures)
-    shape = LawShape(states, law.measures, sensors.names, guard, *drive, sensors.noisy, recorded, graph)
+    shape = LawShape(graph, law.measures, sensors.names, guard, law.preview, *drive, sensors.noisy, recorded)
     places = [sensors.names.index(name) for name in shape.read]
     durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
     durations = delays.durations(rig.period.value) if split and delays.differ else durations
     limits = guard_numbers(rig, guard, law.measures, sensors.noisy)
     return CompiledLaw(shape, durations, limits, delays, sensors.noise[places], sensors.resolution[places])
+
+
+def with_preview(reference: np.ndarray, ahead: int) -> np.ndarray:
+    """References [.., k] with those to come at each sample [.., k, 1 + ahead]; the last one stays."""
+    known = np.concatenate((reference, np.repeat(reference[..., -1:], ahead, axis=-1)), axis=-1)
+    return np.lib.stride_tricks.sliding_window_view(known, 1 + ahead, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -138,19 +127,20 @@ class CompiledLoop:
     """
 
     def __init__(
-        self, engine: Engine, rig: Rig, law: SampledLaw, sensors: Sensors, u: np.ndarray, signals: np.ndarray
+        self, engine: Engine, rig: Rig, law: Law, sensors: Sensors, u: np.ndarray, signals: np.ndarray
     ) -> None:
         self._engine, self._rig, self._sensors = engine, rig, sensors
         self.law = compiled_law(engine, rig, [law], sensors, engine.plant.p[None])
-        x, offset = law.start(signals, float(u[0]))
+        x, offset = law.starts(signals[None], u[:1])
         self._sampled = law  # with all that its numbers refer to
-        self.numbers, self.state = self.law.numbers([law], np.array([offset])), self.law.start([x], u[None, :1])
+        self.numbers, self.state = self.law.numbers([law], offset), self.law.start(x, u[None, :1])
 
     def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
         """From the state x [n], along a reference [k], a command that is added to the law's, added [k], and the plant's
         inputs but for the command, others [k, m - 1]."""
         law = self.law
-        rows = np.column_stack((reference, added, others, self._sensors.noise_rows(len(reference))))[None]
+        ahead = with_preview(reference, law.shape.ahead)
+        rows = np.column_stack((ahead, added, others, self._sensors.noise_rows(len(reference))))[None]
         batch, out = self._engine.run_sampled(law.shape, x[None], law.durations, self.state, rows, self.numbers)
         failed = int(batch.failed[0])
         if failed >= 0:
@@ -161,5 +151,5 @@ class CompiledLoop:
         return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed, self._fallbacks())
 
     def _fallbacks(self) -> int | None:
-        place = None if isinstance(self._sampled, LinearLaw) else self._sampled.fallbacks
+        place = self._sampled.fallbacks
         return None if place is None else int(self.state[0, self.law.shape.state["law"]][place])

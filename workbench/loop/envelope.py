@@ -7,12 +7,12 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ..control.protocol import Controller
+from ..control.protocol import Controller, graph_law
 from ..engine import Engine
 from ..linear import Equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
-from .lane_loop import play_lanes, plays_in_lanes
+from .batch import play_lanes
 from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
@@ -138,7 +138,7 @@ class Envelope:
     def played(self, controller: Controller) -> PlantLanes:
         """The plants on which a controller's motions are judged: in a search that draws plants few for one that does
         not run in lanes, else the same for all."""
-        return self._all if self.drawn is None or plays_in_lanes(controller) else self.few
+        return self._all if self.drawn is None or graph_law(controller) is not None else self.few
 
     @cached_property
     def _all(self) -> PlantLanes:
@@ -274,7 +274,7 @@ def _runs(
 ) -> Played:
     """In lanes where the controller has such a form, else one plant after another."""
     inputs, signal = {} if scenario.moves_alone else scenario.inputs(t), scenario.signal
-    if not plays_in_lanes(controller):
+    if graph_law(controller) is None:
         yield from _one_by_one(lanes, controller, asked, signal, inputs, seed)
         return
     for _, done in play_lanes(lanes.engine, lanes.rig, controller, lanes.null, lanes.p, asked, (signal,), seed, inputs):

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..control.protocol import Controller
+from ..control.protocol import Controller, graph_law
 from .envelope import Envelope, steps
-from .lane_loop import plays_in_lanes
 from .limits import Limits
 from .plant_lanes import PlantLanes
 from .scenarios import Scenario
@@ -27,7 +26,7 @@ def hardest(
     if envelope.drawn is None:
         return []
     kinds = [largest_ms(envelope.drawn, controller)]
-    if plays_in_lanes(controller):
+    if graph_law(controller) is not None:
         kinds += _in_motion(envelope.drawn, controller, scenarios, limits)
     return [np.argsort(-kind, kind="stable")[:count].tolist() for kind in kinds]
 

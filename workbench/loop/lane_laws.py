@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..control.linear_law import LinearLaw
-from ..control.protocol import Controller, NeedsOperatingPoint, linear_view, sampled_law
+from ..control.protocol import Controller, NeedsOperatingPoint, graph_law, linear_view
 from ..engine import Engine
 from ..linear.equilibria import Equilibria
 from ..linear.state_space import StateSpace, sampled_response, state_space
@@ -104,8 +103,8 @@ def lane_views(
     try:
         return LawLanes.shared(linear_view(controller))
     except NeedsOperatingPoint:
-        law = sampled_law(controller)
-    if law is not None and not isinstance(law, LinearLaw):
+        law = graph_law(controller)
+    if law is not None:
         a, b, c, d = law.linearised_lanes(points, remembered)
     else:
         a, b, c, d = _one_by_one(controller, points)

@@ -10,8 +10,7 @@ from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
 from ..linear.operating_point import far_end
 from ..rigs.rig import Rig
-from .batch import CHUNK
-from .lane_loop import play_lanes
+from .batch import CHUNK, play_lanes
 from .repeated_record import noise_seed
 from .sensors import logged_lanes
 

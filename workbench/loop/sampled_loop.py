@@ -7,7 +7,7 @@ from time import perf_counter_ns, thread_time_ns
 import numpy as np
 
 from ..base.errors import InputError
-from ..control.protocol import Controller, fallbacks, preview, sampled_law
+from ..control.protocol import Controller, fallbacks, graph_law, preview
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
 from ..records import Record
@@ -40,7 +40,7 @@ class SampledLoop:
 
     At each sample the signals are measured, the controller computes, the guard limits, the drive holds the command.
     Where the plant's command is late, it is held back; the record has it as it was sent. `seed` switches the sensors'
-    noise and resolution on. A linear law runs compiled where the engine does; `compiled=False` keeps it in Python, as
+    noise and resolution on. A law runs compiled where the engine does; `compiled=False` keeps it in Python, as
     a rig with a shut-off valve does. A rig's deadline is that of loops in Python, from their second sample on: in the
     first a controller may build what it needs. It bounds CPU time: that this machine is busy trips nothing.
     """
@@ -68,7 +68,7 @@ class SampledLoop:
         measured = self._measure()
         self._guarded.reset(measured, float(self._held[0]))
         reference = measured[controller.measures[0]]
-        law = sampled_law(controller) if compiled and engine.back_end == "compiled" and rig.shut_off is None else None
+        law = graph_law(controller) if compiled and engine.back_end == "compiled" and rig.shut_off is None else None
         self.compiled = law and CompiledLoop(
             engine, rig, law, self._sensors, self._held, law.picked(reference, measured)
         )

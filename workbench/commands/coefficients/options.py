@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 from ...base.errors import InputError
@@ -15,27 +14,18 @@ def options(parser: argparse.ArgumentParser) -> None:
     of_controllers(parser, _coefficients)
     files = "leave each law as JSON, C, Structured Text and .mat, the plant as .mat, and laws at a link as link_main.c"
     parser.add_argument("--out", type=Path, metavar="DIR", help=files)
+    alone = "export the linear view at mid stroke alone, without limits or anti-windup; the files say so"
+    parser.add_argument("--linear", action="store_true", help=alone)
 
 
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     config = read(options)
     if options.out is not None:
         check_new(options.out)
-    from ...control.export import Coefficients, as_json, as_text, coefficients
-    from ...control.protocol import Controller
+    from ...control.export import as_json, as_text
+    from .laws import exported
 
-    period = config.rig.period.value
-    laws: dict[str, tuple[Controller, Coefficients]] = {}
-    notes: list[str] = []
-    for spec in config.controllers:
-        try:
-            controller = replace(spec, softest=None, stiffest=None).build(period)
-            laws[spec.name] = controller, coefficients(controller, period)
-        except InputError as error:
-            notes.append(f"{spec.name}: {error}")
-            continue
-        if spec.stiffest is not None:
-            notes.append(f"{spec.name}: as on the specimen of its design; it measures the stiffness, this does not")
+    laws, notes = exported(config, options.linear)
     if not laws:
         raise InputError("; ".join(notes))
     if options.out is not None:
@@ -43,7 +33,8 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
 
         print(leave_laws(options.out, config.rig, laws))
     else:
-        results = {name: as_json(law) for name, (_, law) in laws.items()}
-        print_each(options, results, lambda name: as_text(name, laws[name][1]))
+        results = {law.program.name: as_json(law.program, law.sections) for law in laws}
+        texts = {law.program.name: law for law in laws}
+        print_each(options, results, lambda name: as_text(texts[name].program, texts[name].sections))
     for line in notes:
         print(f"jackbench: {line}", file=sys.stderr)

@@ -12,9 +12,9 @@ from ...base.gain_phase import gain_db, phase_deg
 from ...base.toml_text import toml_text
 from ...control.automatic_tuning import SmallMoves
 from ...control.controller_spec import ControllerSpec
-from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
+from ...control.export.program import program_of
 from ...link.commissioning.allowed import Expected
 from ...link.commissioning.designs import experiment_of
 from ...link.commissioning.obstacles import Obstacle
@@ -143,12 +143,13 @@ def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
 
 
 def _files(spec: ControllerSpec, found: Rig, metrics: Mapping[str, Any]) -> dict[str, str]:
-    law = coefficients(spec.build(found.period.value), found.period.value)
+    program = program_of("found", spec.build(found.period.value), False, {})
+    link = link_program([program], found.limit("command_rate"))
     return {
         "commission.json": _text(metrics),
         "controller.toml": toml_text(experiment_of(spec, "found.toml")),
         "found.toml": rig_text(found),
-        **{f"c/{name}": text for name, text in {**c_code("found", law), **link_program({"found": law})}.items()},
+        **{f"c/{name}": text for name, text in {**c_code(program), **link}.items()},
     }
 
 

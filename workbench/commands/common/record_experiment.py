@@ -12,9 +12,9 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
+from ...control.protocol import graph_law
 from ...engine import Engine
 from ...loop.conditions import Conditions
-from ...loop.lane_loop import plays_in_lanes
 from ...loop.repeated_lanes import RepeatedLanes, repeated_lanes
 from ...loop.repeated_record import RepeatedRecord, faded
 from ...loop.rig_variations import with_delay
@@ -72,7 +72,7 @@ class RecordExperiment:
 
         Raises InputError for a controller that does not run in lanes.
         """
-        if not plays_in_lanes(spec.build(self.rig.period.value)):
+        if graph_law(spec.build(self.rig.period.value)) is None:
             raise InputError(f"{spec.name}: does not run in lanes, which drawn plants need; choose another")
         rig = with_delay(self.rig, self.conditions.delay(spec, self.rig))
         engine = Engine(build(rig))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
-from ...control.export.sections import identifier
+from ...control.export.program import identifier
 from ...link.client import LinkClient
 from ...link.course import Played, play_course, rest_record
 from ...link.joined import joined

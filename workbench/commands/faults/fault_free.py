@@ -9,8 +9,8 @@ from ...control.protocol import Controller
 from ...engine.guard_shape import TRIPS
 from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
+from ...loop.batch import play_lanes
 from ...loop.fault_trial import FaultTrial, FaultTrials
-from ...loop.lane_loop import play_lanes
 from ...loop.robustness.plant_draw import draw_plants
 
 

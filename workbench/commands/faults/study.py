@@ -6,10 +6,10 @@ from typing import Any
 
 from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import graph_law
 from ...loop.fault_counts import counts, harmful, helpless
 from ...loop.fault_trial import MOMENTS, FaultLoops, FaultTrial, FaultTrials
 from ...loop.faults import FAULTS
-from ...loop.lane_loop import plays_in_lanes
 from ...rigs.shut_off import closing_in
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
@@ -37,7 +37,7 @@ def run_faults(trials: FaultTrials, stage: Stage, progress: Progress) -> Outcome
                     f"{spec.name} with shut-off valves",
                     lambda loops=loops, spec=spec, lost=lost: _shut(trials, loops, spec, lost),
                 )
-            if not plays_in_lanes(spec.build(loops.rig.period.value)):
+            if graph_law(spec.build(loops.rig.period.value)) is None:
                 left_out.append(spec.name)
                 continue
             progress(f"{spec.name} on {counted(trials.plants, 'plant')} without a fault")

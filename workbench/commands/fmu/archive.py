@@ -13,7 +13,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import casadi as ca
 import numpy as np
 
-from ...control.export.sections import identifier
+from ...control.export.program import identifier
 from ...engine.engine import ATTEMPTS, FIRST_STEP, TOLERANCE
 from ...engine.rosenbrock import SMALLEST
 from ...engine.sampled_law import OUT

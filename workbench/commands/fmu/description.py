@@ -3,7 +3,7 @@
 from xml.etree import ElementTree
 
 from ...base.units import base_units
-from ...control.export.sections import identifier
+from ...control.export.program import identifier
 from .model import FmuModel, FmuVariable
 
 SOURCES = ("fmu.c", "plant.c")

@@ -10,8 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.signals import PLATFORM, SIGNALS, output_signal
 from ...control.controller_spec import ControllerSpec
-from ...control.linear_law import LinearLaw
-from ...control.protocol import sampled_law
+from ...control.protocol import graph_law
 from ...engine import Engine
 from ...engine.rosenbrock import adaptive_attempt
 from ...engine.sampled_law import OUT, LawShape
@@ -174,10 +173,10 @@ def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.nda
     measured = sensors.read(engine.observe(x, u))
     reference = measured[controller.measures[0]]
     controller.reset(reference, measured, float(u[0]))
-    law = sampled_law(controller)
+    law = graph_law(controller)
     if law is None:
-        raise InputError(f"{spec.name}: is Python code; an FMU holds only laws that are data or a graph")
-    if not isinstance(law, LinearLaw) and law.graphs.calls:
+        raise InputError(f"{spec.name}: is Python code; an FMU holds only laws that give their graph")
+    if law.graphs.calls:
         raise InputError(f"{spec.name}: solves a programme in every sample; an FMU holds only laws that do not")
     loop = CompiledLoop(engine, rig, law, sensors, u, law.picked(reference, measured))
     controlled = rig.signal(controller.measures[0])

@@ -8,8 +8,8 @@ from ...base.errors import InputError
 from ...base.process_pool import Jobs
 from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
+from ...control.protocol import graph_law
 from ...loop.conditions import Conditions
-from ...loop.lane_loop import plays_in_lanes
 from ...loop.tuning.goals import Trial
 from ...loop.tuning.problem import TuneProblem
 from ...loop.tuning.search import nearest_trial, search
@@ -35,7 +35,7 @@ def run_knowledge(config: KnowledgeConfig, stage: Stage, progress: Progress, job
     what holds on wide ranges holds on narrower ones. `unused_p99_s`: the same plants under the first design.
     """
     for each in config.searches:
-        if not plays_in_lanes(each.start.controllers[0].build(config.rig.period.value)):
+        if graph_law(each.start.controllers[0].build(config.rig.period.value)) is None:
             raise InputError(f"{each.name} does not run in lanes, which drawn plants need; leave its search out")
     rows: list[dict[str, Any]] = []
     files: dict[str, str] = {}

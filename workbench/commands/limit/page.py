@@ -106,7 +106,8 @@ def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Tab
         f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Many motions arrive as soon; the one "
         "with the quietest command is shown. By the mesh: the change when its intervals were last halved, which is the "
         "error of a held command. The optimum is a local one: another method has found motions 1 to 2 % sooner. "
-        "Pressure, overshoot and the distance from what was found are of the motion that the engine plays, open loop."
+        "Pressure, overshoot and the distance from what was found belong to the motion that the engine plays, open "
+        "loop."
     )
     return Table("", [title for title, _ in _COLUMNS.values()], lines, note, fold=True)
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...base.signals import Signal
-from ...control.protocol import Controller, NoLinearView, sampled_law
+from ...control.protocol import Controller, NoLinearView, graph_law
 from ...engine import Engine
 from ...linear import Equilibrium
 from ...loop import step_metrics as metrics
+from ...loop.batch import play_lanes
 from ...loop.compiled_loop import compiled_law
 from ...loop.guard_numbers import trip_reason
-from ...loop.lane_loop import play_lanes, plays_in_lanes
 from ...loop.lane_margins import LaneMargins
 from ...loop.limits import Limits
 from ...loop.plant_lanes import PlantLanes
@@ -98,7 +98,7 @@ def step_part(lanes: PlantLanes, controller: Controller, task: Task) -> StepPart
     t = task.times(period)
     inwards = task.inwards(float(lanes.position[0]), rig.limit("stroke")) if rig.is_jack else 1.0
     asked = inwards * scenario.reference(t)
-    play = _in_lanes if plays_in_lanes(controller) else _one_by_one
+    play = _in_lanes if graph_law(controller) is not None else _one_by_one
     y, sent, reasons = play(lanes, controller, task, asked, scenario.inputs(t))
     numbers = [_numbers(task, t, inwards * lane, band_of(lanes, task)) for lane in y]
     settling, overshoot, peak = ([row[i] for row in numbers] for i in range(3))
@@ -158,7 +158,7 @@ def _numbers(task: Task, t: np.ndarray, y: np.ndarray, band: float) -> tuple[flo
 
 def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> object | None:
     """What decides the machine code of a controller's loop; None for one that computes in Python."""
-    law = sampled_law(controller)
+    law = graph_law(controller)
     if law is None or lanes.engine.back_end != "compiled":
         return None
     sensors = Sensors(lanes.rig, lanes.engine.plant.outputs, task.seed)

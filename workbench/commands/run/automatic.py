@@ -10,8 +10,8 @@ from ...base.errors import InputError
 from ...base.kept_columns import KeptColumns
 from ...control.automatic_tuning import small_moves, tuned
 from ...control.controller_spec import ControllerSpec
-from ...control.linear_law import static
-from ...control.protocol import sampled_law
+from ...control.law import static_law
+from ...control.protocol import graph_law
 from ...engine import Engine
 from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
@@ -84,7 +84,7 @@ def tuned_lanes(config: AutomaticConfig, plants: DrawnPlants) -> list[Controller
     plant, p, numbers = plants.engine.plant, plants.draw.p, config.moving.design
     seed, first, middle = config.drawn.conditions.noise, plants.block.start, np.zeros(len(plants.draw.p))
     at = equilibria(plant, p, middle, None, None, **far_end(plant, middle))
-    slow = static([numbers.hold, -numbers.hold], ("position",))
+    slow = static_law([numbers.hold, -numbers.hold], ("position",), plants.rig.period.value)
     run = partial(run_lanes, plants.engine, plants.rig, slow, at, p, np.zeros(len(config.pulses)), READ)
     specs = []
     for lanes, done in run(seed, None, first, config.pulses):
@@ -118,7 +118,7 @@ def _judged(config: AutomaticConfig, plants: DrawnPlants) -> dict[str, Any]:
     """The gains of a block of plants, and its results as `Kept` takes them."""
     specs, block, moving = tuned_lanes(config, plants), plants.block, config.moving
     controllers = [spec.build(plants.rig.period.value) for spec in specs]
-    laws = [law for each in controllers if (law := sampled_law(each)) is not None]
+    laws = [law for each in controllers if (law := graph_law(each)) is not None]
     play = partial(run_lanes, plants.engine, plants.rig, laws)
     results: dict[str, Any] = {
         steps_stage(moving, config.delay, block): played_steps(config.drawn, plants, play),

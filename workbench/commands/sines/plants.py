@@ -10,7 +10,7 @@ from ...control.protocol import Controller
 from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
 from ...linear.operating_point import far_end
-from ...loop.lane_loop import play_lanes
+from ...loop.batch import play_lanes
 from ...loop.robustness.plant_draw import PlantDraw, draw_plants
 from ...loop.sines import AMPLITUDE, PHASE, SineErrors, sine, sine_errors
 from ...plant import build

@@ -9,7 +9,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
-from ...loop.lane_loop import plays_in_lanes
+from ...control.protocol import graph_law
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup
 from ...loop.sampled_loop import SampledLoop
@@ -40,7 +40,7 @@ def run_sines(config: SinesConfig, stage: Stage, progress: Progress) -> Outcome:
             rows += stage(f"{spec.name} {name}", partial(_rig_rows, config, spec, loops, name, setup))
         if not config.plants:
             continue
-        if not plays_in_lanes(_with_sines(config, spec, loops, config.sines[0], AHC).build(config.rig.period.value)):
+        if graph_law(_with_sines(config, spec, loops, config.sines[0], AHC).build(config.rig.period.value)) is None:
             left_out.append(spec.name)
             continue
         on_plants, columns = _drawn(config, spec, loops, stage, progress)

@@ -15,9 +15,9 @@ import numpy as np
 
 from ...base.errors import InputError, LinkLost
 from ...control.controller_type import controller
-from ...control.export import coefficients
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
+from ...control.export.program import program_of
 from ...link.client import LinkClient
 from ...link.idle_clock import idle_clock
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -75,13 +75,13 @@ def _lockstep(rig: Rig) -> dict[str, float | None]:
 
 def _compiled_client(rig: Rig) -> float | None:
     """Of a P loop at rest, its start not counted."""
-    law = coefficients(controller("controllers.p:P", gain=0.3).build(rig.period.value), rig.period.value)
+    program = program_of("p", controller("controllers.p:P", gain=0.3).build(rig.period.value), False, {})
     try:
         cc = compiler()
     except InputError:
         return None
     with tempfile.TemporaryDirectory() as folder, _served(rig, "--lockstep") as (where, _):
-        for name, text in {**c_code("p", law), **link_program({"p": law})}.items():
+        for name, text in {**c_code(program), **link_program([program], rig.limit("command_rate"))}.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
         program = Path(folder) / "link_main"
         sources = [str(file) for file in Path(folder).glob("*.c")]

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import SampledLaw, linear_view, sampled_law
+from ...control.law import Law
+from ...control.protocol import graph_law, linear_view
 from ...engine import Engine
 from ...linear import Equilibrium, equilibrium
 from ...linear.equilibria import equilibria
@@ -54,7 +55,7 @@ def _ways(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> 
     t = np.arange(len(reference) + 1) * period
     alone = _cpu_ms(lambda: engine.run(rest.x, t, u)) / SECONDS
     rows = [("engine", alone, 0.0), ("python", _cpu_ms(lambda: loop(False)) / SECONDS, 0.0)]
-    law = sampled_law(spec.build(period))
+    law = graph_law(spec.build(period))
     if law is not None:
         rows.append(("compiled", _cpu_ms(lambda: loop(True)) / SECONDS, _furthest(loop(True)[0], position)))
         rows.append(_batch(engine, rig, law, reference, position))
@@ -70,9 +71,7 @@ def _ways(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> 
     ]
 
 
-def _batch(
-    engine: Engine, rig: Rig, law: SampledLaw, reference: np.ndarray, position: np.ndarray
-) -> tuple[str, float, float]:
+def _batch(engine: Engine, rig: Rig, law: Law, reference: np.ndarray, position: np.ndarray) -> tuple[str, float, float]:
     p = np.tile(engine.plant.p, (LANES, 1))
     points = equilibria(engine.plant, p)
 

@@ -1,100 +1,89 @@
-"""A law in C99: a state, a step of it once a period, and a check against the test vector."""
+"""A law in C99: its state, its start, a step once a period, and what the drive then did."""
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from textwrap import indent
+from typing import ClassVar
 
-from .planned_c import c_array, c_numbers, planned_c
-from .sections import Coefficients, SectionChannel, identifier
+import numpy as np
+
+from ...engine.kernel import Kernel
+from .kernel_text import KernelC
+from .program import Program, identifier
+from .statements import Expression, Language, Statements, assigned, statements, table_arrays
 
 _HEAD = """\
-/* {name}: command of a servo-hydraulic jack's controller, computed once every {period:g} ms. SI units.
- * Compile with -DCHECK_{upper} for a program that compares it with its test vector: status 0 means equal. */
+/* {name}: command of a servo-hydraulic jack's controller, computed once every {period:g} ms. SI units.{left_out}
+ *
+ *     {name}_start(&state, command, {measured});      once: where the jack stands, and what the drive holds
+ *     command = {name}_step(&state, {signals});       every period
+ *     ... limit it, send it ...
+ *     {name}_realised(&state, sent);                  every period: the command that the drive really got
+ *
+ * What the law does when its command is limited (anti-windup, observers) is in {name}_realised: leave no limit out.
+ * Compile with -DCHECK_{upper} for a program that plays its test vector: status 0 means that commands at rest, moving,
+ * saturated, slowed down, tripped and started anew are equal to 1e-9. */
 """
 _HEADER = """\
 #ifndef {upper}_H
 #define {upper}_H
 
 typedef struct {{
-    double z[{sections}][2];
-    double {fields}; /* the signals at the start */
-    double offset;{planned_field}{sine_field}
+{fields}
 }} {name}_state;
 
-/* From rest at 0: all states are 0. */
-void {name}_reset({name}_state *state);
 /* Without a bump from rest at these signals: with the reference there too, the next step gives this command. */
-void {name}_start({name}_state *state, double command{measured});
-/* The command of this sample, -1..1; signals in SI units. */
-double {name}_step({name}_state *state{arguments});
+void {name}_start({name}_state *state, double command{measured_parameters});
+/* The command of this sample, before any limit; signals in SI units.{preview} */
+double {name}_step({name}_state *state{parameters});
+/* The state after this sample, in which the drive got this command, -1..1. */
+void {name}_realised({name}_state *state, double command);
 
 #endif
 """
-_HELPERS = """\
-/* Second-order sections in series: direct form II, transposed; rows are b0 b1 b2 a1 a2. */
-static double filtered(const double (*c)[5], double (*z)[2], int sections, double x)
+_BENT = """
+/* The sum of bends, slope after slope, of what x is beyond each point: linear between the points. */
+static double bent(const double *at, const double *bend, int points, double x)
 {
-    for (int k = 0; k < sections; k++) {
-        const double y = c[k][0] * x + z[k][0];
-        z[k][0] = c[k][1] * x - c[k][3] * y + z[k][1];
-        z[k][1] = c[k][2] * x - c[k][4] * y;
-        x = y;
-    }
-    return x;
+    double y = 0.0;
+    for (int k = 0; k < points && x > at[k]; k++)
+        y += bend[k] * (x - at[k]);
+    return y;
 }
 """
-_TABLE = """
-/* Linear between the points, held beyond. */
-static double interpolated(const double *at, const double *to, int points, double x)
+_SIGN = """
+static double sign(double x)
 {
-    int k = 0;
-    if (x <= at[0])
-        return to[0];
-    if (x >= at[points - 1])
-        return to[points - 1];
-    while (x > at[k + 1])
-        k++;
-    return to[k] + (to[k + 1] - to[k]) * (x - at[k]) / (at[k + 1] - at[k]);
+    return (x > 0.0) - (x < 0.0);
 }
 """
-_MAP = """
-/* Linear between the points, unchanged beyond. */
-static double mapped(const double *at, const double *to, int points, double x)
-{
-    return x >= at[0] && x <= at[points - 1] ? interpolated(at, to, points, x) : x;
-}
+_KERNEL = """
+/* A filter of what is measured, a governor of the reference, and a plan that keeps the limits. Every loop is bounded:
+ * by a size, or by {turns} turns of the search for the limits that hold the plan. */
+static void {kernel}(const double *given, double *found)
+{{
+    enum {{ {sizes} }};
+{variables}
+{body}
+}}
 """
 _STEP = """
-void {name}_reset({name}_state *state)
+void {name}_start({name}_state *state, double command{measured_parameters})
 {{
-    static const {name}_state rest;
-    *state = rest;{sine_rest}
+{start}
 }}
 
-/* The sum of the channels, each filtering what its signal is off its start. */
-static double summed({name}_state *state{arguments})
+double {name}_step({name}_state *state{parameters})
 {{
-    double command = state->offset;
-{body}
-    return command;
+{step}
 }}
 
-void {name}_start({name}_state *state, double command{measured})
+void {name}_realised({name}_state *state, double command)
 {{
-    const double reference = {controlled};
-    {name}_reset(state);
-{kept}
-    state->offset = {back} - summed(state{given});
-{planned_start}}}
-
-double {name}_step({name}_state *state{arguments})
-{{
-    const double command = summed(state{given}){planned_step};
-{sine_step}    return {forth};
+{realised}
 }}
 """
 _CHECK = """
 #ifdef CHECK_{upper}
-#include <math.h>
 #include <stdio.h>
 
 {vector}
@@ -102,137 +91,159 @@ int main(void)
 {{
     double worst = 0.0, largest = 0.0;
     {name}_state state;
-    {name}_reset(&state);
     for (int k = 0; k < {samples}; k++) {{
-        worst = fmax(worst, fabs({name}_step(&state, {inputs}) - vector_command[k]));
+        if (vector_start[k] > 0.0)
+            {name}_start(&state, vector_held[k]{started});
+        worst = fmax(worst, fabs({name}_step(&state{inputs}) - vector_command[k]));
         largest = fmax(largest, fabs(vector_command[k]));
+        {name}_realised(&state, vector_realised[k]);
     }}
     printf("{name}: %.1e of the largest command off\\n", worst / largest);
     return !(worst <= 1e-9 * largest);
 }}
 #endif
 """
+_SAME = ("fmin", "fmax", "fabs", "sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "atan2", "pow", "floor", "sign")
 
 
-def c_code(name: str, law: Coefficients) -> dict[str, str]:
+class C(Language):
+    """C99."""
+
+    compared: ClassVar[Mapping[str, str]] = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
+    joined: ClassVar[Mapping[str, str]] = {"and": "&&", "or": "||"}
+    negated: ClassVar[str] = "!"
+
+    def number(self, value: float) -> str:
+        return repr(value)
+
+    def call(self, op: str, arguments: Sequence[str]) -> str | None:
+        return f"{op}({', '.join(arguments)})" if op in _SAME else None
+
+    def chosen(self, condition: str, yes: str, no: str) -> Expression:
+        return Expression(f"({condition} ? {yes} : {no})")
+
+    def let(self, name: str, value: str) -> str:
+        return f"const double {name} = {value};"
+
+    def bent(self, name: str, table: str, points: int, x: str) -> list[str]:
+        return [self.let(name, f"bent({table}_at, {table}_bend, {points}, {x})")]
+
+    def called(self, kernel: str, given: Sequence[str]) -> list[str]:
+        values = ",\n    ".join(", ".join(given[k : k + 4]) for k in range(0, len(given), 4))
+        return [f"const double given[] = {{\n    {values},\n}};", f"{kernel}(given, state->found);"]
+
+    def found(self, kernel: str, place: int) -> str:
+        return f"state->found[{place}]"
+
+
+def c_code(program: Program) -> dict[str, str]:
     """The text of NAME.h and NAME.c, by file name."""
-    name, mapped = identifier(name), law.command_map is not None
+    law, names, ahead = program.law, program.states, program.law.preview
+    measured = list(law.measures)
+    inside = [_field(name) for name in names], ["state->offset"], _signals("state->", ahead, measured), ["command"]
+    given = *inside[:2], _signals("", ahead, measured), ["command"]
+    language, tables = C(), {}
+    start = statements(language, program.start, [measured, ["command"]], tables=tables)
+    step = statements(language, program.sample, given, [0], tables=start.tables)
+    after = statements(language, program.sample, inside, range(1, 1 + len(names)), True, step.tables)
+    word = identifier(program.name)
+    parameters = "".join(f", double {name}" for name in measured)
+    reference = ", const double *reference" if ahead else ", double reference"
+    kept = [f"for (int k = 0; k <= {ahead}; k++)\n    state->reference[k] = reference[k];"] if ahead else []
+    kept += [f"state->{name} = {name};" for name in (measured if ahead else ["reference", *measured])]
     words = {
-        "name": name,
-        "upper": name.upper(),
+        "name": word,
+        "upper": word.upper(),
         "period": law.period * 1e3,
-        "sections": max(1, sum(len(channel.sections) for channel in law.all_channels)),
-        "samples": len(law.vector["command"]),
-        "body": "\n".join("    " + line for line in _body(law)),
-        "vector": "\n".join(c_array(f"vector_{signal}", values) for signal, values in law.vector.items()),
-        **_of_signals(law.signals),
-        **_of_map(law),
-        **_of_sine(law),
+        "left_out": f"\n * Without {program.left_out}." if program.left_out else "",
+        "measured": ", ".join(measured),
+        "signals": ", ".join(program.signals),
+        "measured_parameters": parameters,
+        "parameters": reference + parameters,
+        "preview": f" reference[0] is the one now,\n * reference[k] that k periods ahead, up to {ahead}."
+        if ahead
+        else "",
+        "fields": "\n".join(f"    {line}" for line in _fields(program)),
+        "start": _body([*_used(measured, start), *start.lines], [*map(_field, names), "state->offset"], start.results),
+        "step": indent("\n".join([*kept, *step.lines, f"return {step.results[0]};"]), "    "),
+        "realised": _body(
+            [*_used(["command"], after), *([] if names else ["(void)state;"]), *after.lines], inside[0], after.results
+        ),
+        **_of_vector(program),
     }
-    words |= _of_plan(law, words)
-    head = _HEAD.format(**words)
-    helpers = _HELPERS if law.all_channels else ""
-    helpers += _TABLE if mapped or any(channel.scale for channel in law.channels) else ""
-    helpers += _MAP if mapped else ""
-    plan = "" if law.planned is None else planned_c(law.planned, words)
-    rooted = "" if law.planned is None else "#include <math.h>\n"
-    step = plan + _STEP.format(**words)
-    code = f'{head}{rooted}#include "{name}.h"\n\n{_tables(law)}\n{helpers}{step}{_CHECK.format(**words)}'
-    return {f"{name}.h": head + _HEADER.format(**words), f"{name}.c": code}
+    parts = [_HEAD.format(**words), f'#include <math.h>\n#include "{word}.h"\n']
+    parts += [f"\n{c_array(name, values)}" for name, values in table_arrays(after.tables).items()]
+    text = words["start"] + words["step"] + words["realised"]
+    parts += [_BENT] if after.tables else []
+    parts += [_SIGN] if " sign(" in text or "(sign(" in text else []
+    parts += [_kernel(name, program.kernel) for name in step.kernels if program.kernel is not None]
+    parts += [_STEP.format(**words), _CHECK.format(**words)]
+    return {f"{word}.h": _HEAD.format(**words) + _HEADER.format(**words), f"{word}.c": "".join(parts)}
 
 
-def _of_signals(signals: list[str]) -> dict[str, str]:
-    """What is written for each signal, the reference first."""
+def _field(name: str) -> str:
+    return f"state->{name}"
+
+
+def _signals(before: str, ahead: int, measured: Sequence[str]) -> list[str]:
+    references = [f"{before}reference[{k}]" for k in range(1 + ahead)] if ahead else [f"{before}reference"]
+    return [*references, *(before + name for name in measured)]
+
+
+def _fields(program: Program) -> list[str]:
+    law, ahead = program.law, program.law.preview
+    names = program.states
+    lines = [f"double {', '.join(names[k : k + 6])};" for k in range(0, len(names), 6)]
+    lines += ["double offset; /* of the command, found at the start */"]
+    references = [f"reference[{1 + ahead}]"] if ahead else ["reference"]
+    lines += [f"double {', '.join((*references, *law.measures))}; /* of this sample */"]
+    return lines + (
+        [] if program.kernel is None else [f"double found[{program.kernel.shape.found}]; /* by the plan */"]
+    )
+
+
+def _used(names: Sequence[str], of: Statements) -> list[str]:
+    """What keeps a compiler from complaining of parameters that nothing needs."""
+    text = " ".join((*of.lines, *of.results))
+    words = set(text.replace("(", " ").replace(")", " ").replace(",", " ").replace(";", " ").split())
+    return [f"(void){name};" for name in names if name not in words and f"-{name}" not in words]
+
+
+def _body(lines: Sequence[str], targets: Sequence[str], results: Sequence[str]) -> str:
+    """Statements, then the targets set to the results, each before anything that it needs is overwritten."""
+    return indent("\n".join([*lines, *assigned(targets, results, "const double {} = {};", "{} = {};")]), "    ")
+
+
+def _of_vector(program: Program) -> dict[str, object]:
+    vector, ahead = program.vector, program.law.preview
+    arrays = {"start": vector.start, "held": vector.held, "command": vector.command, "realised": vector.realised}
+    arrays |= {name: vector.signals[name] for name in program.law.measures}
+    count = len(vector.command)
+    asked = vector.signals["reference"]
+    arrays["reference"] = np.append(asked[:, 0], asked[-1, 1:])  # each sample looks ahead from its own place
+    inputs = [f"{'&' if ahead else ''}vector_reference[k]", *(f"vector_{name}[k]" for name in program.law.measures)]
     return {
-        "arguments": "".join(f", double {signal}" for signal in signals),
-        "measured": "".join(f", double {signal}" for signal in signals[1:]),
-        "given": "".join(f", {signal}" for signal in signals),
-        "inputs": ", ".join(f"vector_{signal}[k]" for signal in signals),
-        "controlled": signals[1],
-        "fields": ", ".join(f"{signal}0" for signal in signals),
-        "kept": "\n".join(f"    state->{signal}0 = {signal};" for signal in signals),
+        "samples": count,
+        "vector": "\n".join(c_array(f"vector_{name}", values) for name, values in arrays.items()),
+        "inputs": "".join(f", {name}" for name in inputs),
+        "started": "".join(f", vector_{name}[k]" for name in program.law.measures),
     }
 
 
-def _of_map(law: Coefficients) -> dict[str, str]:
-    """The command through the map, and back."""
-    if law.command_map is None:
-        return {"forth": _on_top(law, "command"), "back": "command"}
-    points = len(law.command_map.at)
-    return {
-        "forth": _on_top(law, f"mapped(map_at, map_to, {points}, command)"),
-        "back": f"mapped(map_to, map_at, {points}, command)",
-    }
+def _kernel(name: str, kernel: Kernel) -> str:
+    text, shape = KernelC(kernel.shape), kernel.shape
+    tables = "".join(f"\n{c_array(table, kernel.table(table))}" for table, _ in shape.tables)
+    return tables + _KERNEL.format(
+        kernel=name,
+        turns=int(kernel.table("TURNS")[0]),
+        sizes=", ".join(f"{word} = {value}" for word, value in shape.constants if isinstance(value, int)),
+        variables=indent("\n".join(text.declared), "    "),
+        body=text.block(shape.tree.body),
+    )
 
 
-def _on_top(law: Coefficients, command: str) -> str:
-    return command if law.sine is None else f"{command} + sine"
-
-
-def _of_plan(law: Coefficients, words: Mapping[str, Any]) -> dict[str, str]:
-    """What a plan adds to state, start and step."""
-    if law.planned is None:
-        return dict.fromkeys(("planned_field", "planned_start", "planned_step"), "")
-    states = len(law.planned.core.entering)
-    start = f"    planned_start(state, state->offset{words['given']});\n    state->offset = 0.0;\n"
-    return {
-        "planned_field": f"\n    double x[{states}], asked, sent; /* of the plan */",
-        "planned_start": start,
-        "planned_step": f" + planned_step(state{words['given']})",
-    }
-
-
-def _of_sine(law: Coefficients) -> dict[str, str]:
-    """A dither's two states, turned once a sample."""
-    if law.sine is None:
-        return dict.fromkeys(("sine_field", "sine_rest", "sine_step"), "")
-    (c, s), _ = law.sine.turn.tolist()
-    step = [
-        "const double sine = state->sine, cosine = state->cosine;",
-        f"state->sine = {c!r} * sine + {s!r} * cosine;",
-        f"state->cosine = {c!r} * cosine - {s!r} * sine;",
-    ]
-    return {
-        "sine_field": "\n    double sine, cosine; /* of the dither */",
-        "sine_rest": f"\n    state->cosine = {law.sine.amplitude!r};",
-        "sine_step": "".join(f"    {line}\n" for line in step),
-    }
-
-
-def _body(law: Coefficients) -> Iterable[str]:
-    read = {name for channel in law.channels for name in _read(law, channel)}
-    yield from (f"(void){signal};" for signal in law.signals if signal not in read)
-    first = 0
-    for i, channel in enumerate(law.channels):
-        error = f"{_off('reference')} - ({_off(law.signals[1])})"
-        signal = error if channel.signal == "error" else _off(channel.signal)
-        part = f"filtered(&sections[{first}], &state->z[{first}], {len(channel.sections)}, {signal})"
-        if channel.scale is not None:
-            part = f"({part} + {channel.at_rest!r} * state->{channel.signal}0)"
-            part += f"\n        * interpolated(scale{i}_at, scale{i}_factor, {len(channel.scale.at)}, position)"
-        yield f"command += {part};"
-        first += len(channel.sections)
-
-
-def _read(law: Coefficients, channel: SectionChannel) -> list[str]:
-    """The signals that a channel needs now."""
-    own = law.signals[:2] if channel.signal == "error" else [channel.signal]
-    return own if channel.scale is None else [*own, "position"]
-
-
-def _off(signal: str) -> str:
-    return f"{signal} - state->{signal}0"
-
-
-def _tables(law: Coefficients) -> str:
-    rows = [
-        ",\n    ".join("{" + c_numbers(row[[0, 1, 2, 4, 5]]) + "}" for row in channel.sections)
-        for channel in law.all_channels
-    ]
-    parts = ["static const double sections[][5] = {\n    " + ",\n    ".join(rows) + ",\n};\n"] if rows else []
-    for i, channel in enumerate(law.channels):
-        if channel.scale is not None:
-            parts += [c_array(f"scale{i}_at", channel.scale.at), c_array(f"scale{i}_factor", channel.scale.values)]
-    if law.command_map is not None:
-        parts += [c_array("map_at", law.command_map.at), c_array("map_to", law.command_map.to)]
-    return "".join(parts)
+def c_array(name: str, values: np.ndarray) -> str:
+    """A table of numbers, every bit of them."""
+    words = [repr(float(value)) for value in values]
+    rows = [", ".join(words[k : k + 4]) for k in range(0, len(words), 4)]
+    return f"static const double {name}[] = {{\n    " + ",\n    ".join(rows) + ",\n};\n"

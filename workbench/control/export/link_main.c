@@ -30,6 +30,7 @@ static const char magic[] = "JBRIG\x01";
 static unsigned char packet[ROOM + 1]; /* the last datagram, its body of `length` bytes ended by a 0 */
 static size_t length;
 static int line, patience = 100; /* ms until what is lost is asked for again */
+static double lowest, highest; /* of the command, as the hello says */
 static volatile sig_atomic_t stopped;
 
 static struct {
@@ -256,8 +257,11 @@ static int greet(const struct law *law, const char *token, int *places)
     const double period = strtod(member(hello, "period_s"), NULL);
     if (!(fabs(period - law->period) <= 1e-9 * law->period))
         fail("the rig's period is %g s, that of %s is %g s; export it for this rate", period, law->name, law->period);
-    if (place(member(hello, "commands"), "", &found) != 1)
+    const char *commands = member(hello, "commands");
+    if (place(commands, "", &found) != 1)
         fail("the rig has not one command");
+    lowest = strtod(member(commands + 1, "low"), NULL);
+    highest = strtod(member(commands + 1, "high"), NULL);
     for (int i = 0; i < law->signals; i++) {
         places[i] = place(channels, law->signal[i], &found);
         if (!found)
@@ -270,12 +274,19 @@ static int greet(const struct law *law, const char *token, int *places)
     return lockstep;
 }
 
+/* What the drive does of a command after the last one: the hello's range, and no faster than it can. */
+static double limited(double command, double last, double fastest)
+{
+    const double within = fmin(fmax(command, lowest), highest);
+    return last + fmin(fmax(within - last, -fastest), fastest);
+}
+
 static void play(const struct law *law, const int *places, int lockstep, double size, double seconds)
 {
     const uint64_t samples = (uint64_t)(seconds / law->period + 0.5);
     const unsigned char on = ON;
     unsigned char body[12];
-    double y[MOST_SIGNALS], first = 0.0;
+    double y[MOST_SIGNALS], reference[FURTHEST + 1], first = 0.0, sent = 0.0;
     uint32_t sequence = 0;
     next_reading(SWITCH, &on, 1, 0, lockstep);
     printf("tick,reference");
@@ -294,14 +305,19 @@ static void play(const struct law *law, const int *places, int lockstep, double 
             first = y[0];
             law->start(0.0, y); /* the drive of a rig that was off does nothing */
         }
-        const double reference = reading.tick < samples / 10 ? first : first + size;
+        for (int i = 0; i <= law->ahead; i++) {
+            const uint64_t at = reading.tick + (uint64_t)i < samples ? reading.tick + (uint64_t)i : samples - 1;
+            reference[i] = at < samples / 10 ? first : first + size;
+        }
         const double command = law->step(reference, y);
-        printf("%llu,%.17g", (unsigned long long)reading.tick, reference);
+        sent = limited(command, sent, law->fastest);
+        law->realised(sent);
+        printf("%llu,%.17g", (unsigned long long)reading.tick, reference[0]);
         for (int i = 0; i < law->signals; i++)
             printf(",%.17g", y[i]);
         printf(",%.17g\n", command);
         uint64_t bits;
-        memcpy(&bits, &command, 8);
+        memcpy(&bits, &sent, 8);
         put(body, ++sequence, 4);
         put(body + 4, bits, 8);
         next_reading(COMMAND, body, 12, sequence, lockstep);

@@ -1,23 +1,27 @@
 """A program in C99 that runs exported laws at the link: link_main.c, which is the same for all, and a table of them."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from importlib.resources import files
+from typing import Any
 
-from .sections import Coefficients, identifier
+from .program import Program, identifier
 
 _TABLE = """\
 /* The exported laws by name, as link_main.c runs them: one at a time, measured signals y in the order of `signal`. */
 {includes}
 
-enum {{ MOST_SIGNALS = {most} }};
+enum {{ MOST_SIGNALS = {most}, FURTHEST = {furthest} }};
 
 struct law {{
     const char *name;
     double period; /* s */
     int signals;
     const char *signal[MOST_SIGNALS]; /* the controlled one first */
+    double fastest; /* change of the command in a period that the rig's drive does */
+    int ahead; /* references that are known ahead */
     void (*start)(double command, const double *y);
-    double (*step)(double reference, const double *y);
+    double (*step)(const double *reference, const double *y);
+    void (*realised)(double command);
 }};
 
 {functions}
@@ -33,20 +37,30 @@ static void start_{name}(double command, const double *y)
     {name}_start(&state_of_{name}, command, {inputs});
 }}
 
-static double step_{name}(double reference, const double *y)
+static double step_{name}(const double *reference, const double *y)
 {{
-    return {name}_step(&state_of_{name}, reference, {inputs});
+    return {name}_step(&state_of_{name}, {reference}, {inputs});
+}}
+
+static void realised_{name}(double command)
+{{
+    {name}_realised(&state_of_{name}, command);
 }}
 """
-_ROW = '    {{"{name}", {period!r}, {count}, {{{signals}}}, start_{name}, step_{name}}},'
+_ROW = """\
+    {{"{name}", {period!r}, {count}, {{{signals}}}, {fastest!r}, {ahead},
+     start_{name}, step_{name}, realised_{name}}},"""
 
 
-def link_program(laws: Mapping[str, Coefficients]) -> dict[str, str]:
-    """The text of link_main.c and link_laws.h, by file name, for laws by name whose C stands beside them."""
-    words = [_words(identifier(name), law) for name, law in laws.items()]
+def link_program(programs: Sequence[Program], command_rate: float) -> dict[str, str]:
+    """The text of link_main.c and link_laws.h, by file name, for laws whose C stands beside them.
+
+    The rig's command changes by `command_rate` [1/s] at most."""
+    words = [_words(program, command_rate) for program in programs]
     table = _TABLE.format(
         includes="\n".join(f'#include "{each["name"]}.h"' for each in words),
         most=max(each["count"] for each in words),
+        furthest=max(each["ahead"] for each in words),
         functions="\n".join(_FUNCTIONS.format(**each) for each in words),
         rows="\n".join(_ROW.format(**each) for each in words),
     )
@@ -54,12 +68,15 @@ def link_program(laws: Mapping[str, Coefficients]) -> dict[str, str]:
     return {"link_main.c": main.read_text("utf-8"), "link_laws.h": table}
 
 
-def _words(name: str, law: Coefficients) -> dict[str, str | int | float]:
-    measured = law.signals[1:]
+def _words(program: Program, command_rate: float) -> dict[str, Any]:
+    law, measured = program.law, program.law.measures
     return {
-        "name": name,
+        "name": identifier(program.name),
         "period": law.period,
         "count": len(measured),
         "signals": ", ".join(f'"{signal}"' for signal in measured),
         "inputs": ", ".join(f"y[{i}]" for i in range(len(measured))),
+        "reference": "reference" if law.preview else "reference[0]",
+        "fastest": command_rate * law.period,
+        "ahead": law.preview,
     }

@@ -5,18 +5,32 @@ from typing import Any
 
 import numpy as np
 
+from .program import Program
 from .sections import SAMPLES, Coefficients, PlannedPart, SectionChannel
 
 
-def as_json(coefficients: Coefficients) -> dict[str, Any]:
-    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale, map, dither, plan are there where it has any."""
+def as_json(program: Program, sections: Coefficients | str) -> dict[str, Any]:
+    """All of it for JSON; a section is [b0, b1, b2, 1, a1, a2]. Scale, map, dither, plan are there where it has any.
+
+    `sections`: or why there are none. The samples under "code" are those that check C and Structured Text.
+    """
+    own = {"without_sections": sections} if isinstance(sections, str) else _sections_json(sections)
+    vector = program.vector
+    asked = vector.signals["reference"]
+    code = {"start": vector.start, "held": vector.held, **vector.signals}
+    code |= {"reference": asked if program.law.preview else asked[:, 0]}
+    code |= {"command": vector.command, "realised": vector.realised}
+    left = {"left_out": program.left_out} if program.left_out else {}
+    return {"period_s": program.law.period, **own, **left, "code": {name: part.tolist() for name, part in code.items()}}
+
+
+def _sections_json(coefficients: Coefficients) -> dict[str, Any]:
     command_map = coefficients.command_map
     mapped = {"command_map": {"at": command_map.at.tolist(), "to": command_map.to.tolist()}} if command_map else {}
     planned = {} if coefficients.planned is None else {"plan": _plan_json(coefficients.planned)}
     sine = coefficients.sine
     dithered = {"dither": {"amplitude": sine.amplitude, "frequency_hz": sine.frequency}} if sine else {}
     return {
-        "period_s": coefficients.period,
         "channels": [_channel_json(channel) for channel in coefficients.channels],
         **mapped,
         **dithered,
@@ -27,15 +41,15 @@ def as_json(coefficients: Coefficients) -> dict[str, Any]:
 
 def _plan_json(planned: PlannedPart) -> dict[str, Any]:
     """Its sizes and tables by their names in the code, row after row, how it starts, and what leads its reference."""
-    core, shape = planned.core, planned.core.kernel.shape
+    tables, shape = planned.tables, planned.tables.kernel.shape
     leading = {} if planned.leading is None else {"leading": _channel_json(planned.leading)}
     return {
-        "measures": list(core.measures),
+        "measures": list(tables.measures),
         "sizes": dict(shape.constants),
-        "tables": {name: core.kernel.table(name).tolist() for name, _ in shape.tables},
-        "starting": core.starting.tolist(),
-        "entering": core.entering.tolist(),
-        "stroke": core.stroke,
+        "tables": {name: tables.kernel.table(name).tolist() for name, _ in shape.tables},
+        "starting": tables.starting.tolist(),
+        "entering": tables.entering.tolist(),
+        "stroke": tables.stroke,
         **leading,
     }
 
@@ -48,8 +62,12 @@ def _channel_json(channel: SectionChannel) -> dict[str, Any]:
     return {**numbers, "scale": {"signal": "position", "at": at, "factor": factor}}
 
 
-def as_text(name: str, coefficients: Coefficients) -> str:
-    """The sections for people, every digit of them, schedules, map, and the first samples of the vector."""
+def as_text(program: Program, coefficients: Coefficients | str) -> str:
+    """The sections for people, every digit of them, schedules, map, and the first samples of the vector; or why there
+    are none."""
+    name = program.name
+    if isinstance(coefficients, str):
+        return f"{name}: {coefficients}; --out leaves it"
     command_map = coefficients.command_map
     total = "sum of the channels" if command_map is None else "sum of the channels, mapped"
     lines = [f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI"]
@@ -63,9 +81,9 @@ def as_text(name: str, coefficients: Coefficients) -> str:
         lines.append("  the sum goes through a map, linear between the points, unchanged beyond:")
         lines += _table(command_map.at, command_map.to)
     if coefficients.planned is not None:
-        sizes = dict(coefficients.planned.core.kernel.shape.constants)
+        sizes = dict(coefficients.planned.tables.kernel.shape.constants)
         lines.append(
-            f"  in the sum a plan of {', '.join(coefficients.planned.core.measures)}: a filter of {sizes['STATES']} "
+            f"  in the sum a plan of {', '.join(coefficients.planned.tables.measures)}: a filter of {sizes['STATES']} "
             f"states, a governor of the reference, {sizes['CHANGES']} changes; its tables are in --json and in the code"
         )
     if coefficients.sine is not None:

@@ -1,32 +1,29 @@
-"""What a rig's own digital controller needs of a law: second-order sections by input, schedules, and a test vector."""
+"""A law's linear view as coefficients: second-order sections by input, schedules, a map, and a test vector.
 
-import re
+command = map(sum over the channels of sections(signal) x scale(position) + plan) + sine
+
+where the drive does what is demanded. What a law does when its command is limited has no place in sections: it is in
+the code.
+"""
+
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
-from ...linear.interconnect import select
-from ...linear.state_space import StateSpace
-from ..dither import Sine
+from ...engine.kernel import Kernel
+from ...linear.interconnect import parallel, select, series
+from ...linear.state_space import StateSpace, state_space
+from ..law import Law
 from ..piecewise_linear import CommandMap, PiecewiseLinear
-from ..planned_core import PlannedCore
-from ..protocol import Controller, NeedsOperatingPoint, scheduled_law
-from ..scheduled_law import ScheduledLaw
+from ..planned_law import PlannedLaw
+from ..shell import FilterShell, LoadCellShell, MapShell, Shell, SineShell
 
 SAMPLES = 200
-AGREE = 1e-9  # of the largest command: how near the sections come to the controller
-SIZE = {
-    "m": 1e-3,
-    "m/s": 0.1,
-    "m/s^2": 1.0,
-    "Pa": 1e5,
-    "N": 1e3,
-    "A": 1e-3,
-    "1": 0.1,
-}  # of inputs in the vector, by unit
+AGREE = 1e-9  # of the largest command: how near the sections come to the law
+SIZE = {"m": 1e-3, "m/s": 0.1, "m/s^2": 1.0, "Pa": 1e5, "N": 1e3, "A": 1e-3, "1": 0.1}  # of inputs, by unit
 _FAR = 0.3  # of a predictive law's stroke: a jump of the reference in its vector
 _SAME = 1e-9  # of a coefficient: two inputs that are one difference
 _NONE = 1e-14  # of the largest of a law's first answers: less is rounding
@@ -43,17 +40,55 @@ class SectionChannel:
     sections: np.ndarray
     scale: PiecewiseLinear | None = None
 
+
+@dataclass(frozen=True, eq=False)
+class PlanTables:
+    """A predictive law where the drive does what is demanded. starting [n, m + 2] makes the filter's state of what is
+    measured, the reference within the stroke and the command; entering [n] is what a command adds to it."""
+
+    kernel: Kernel
+    starting: np.ndarray
+    entering: np.ndarray
+    stroke: float
+    measures: tuple[str, ...]
+
+    @classmethod
+    def of(cls, planned: PlannedLaw) -> "PlanTables":
+        """Those of a law."""
+        o = planned.observer
+        return cls(planned.kernel, o.starting(planned.law), o.entering, planned.governor.stroke, o.measures)
+
     @property
-    def at_rest(self) -> float:
-        """What the sections of a stable filter make of a constant 1."""
-        return float(np.prod(self.sections[:, :3].sum(axis=1) / self.sections[:, 3:].sum(axis=1)))
+    def reach(self) -> float:
+        """The largest reference, in the unit of the controlled signal."""
+        m = len(self.measures)
+        return self.stroke / float(np.abs(self.kernel.table("PICK").reshape(-1, m)[:, 0]).max())
+
+    def on(self, signal: str, factor: float) -> "PlanTables":
+        """With another signal, times a factor, as the controlled one."""
+        m = len(self.measures)
+        scale = np.append(factor, np.ones(m - 1))
+        kernel = Kernel(self.kernel.shape, self.kernel.numbers.copy())
+        kernel.table("PICK")[:] = (kernel.table("PICK").reshape(-1, m) * scale).ravel()
+        starting = self.starting * np.append(scale, [1.0, 1.0])
+        return replace(self, kernel=kernel, starting=starting, measures=(signal, *self.measures[1:]))
+
+    def commands(self, references: np.ndarray, measured: np.ndarray) -> np.ndarray:
+        """The commands [k] along references [k], led already, and what is measured [k, m], from rest at 0."""
+        state, asked, sent = np.zeros(len(self.entering)), 0.0, 0.0
+        commands = np.empty(len(references))
+        for i, (reference, signals) in enumerate(zip(references, measured, strict=True)):
+            found = self.kernel(np.concatenate((state, [asked, sent], signals, [reference])))
+            commands[i] = sent = float(found[0])
+            asked, state = float(found[2]), found[3:] + self.entering * sent
+        return commands
 
 
 @dataclass(frozen=True)
 class PlannedPart:
     """A predictive law, its command added to those of the channels; sections [k, 6] lead its reference, None: none."""
 
-    core: PlannedCore
+    tables: PlanTables
     leading: SectionChannel | None
 
 
@@ -68,61 +103,113 @@ class Coefficients:
     period: float
     channels: tuple[SectionChannel, ...]
     command_map: CommandMap | None
-    sine: Sine | None
+    sine: SineShell | None
     vector: Mapping[str, np.ndarray]
     planned: PlannedPart | None = None
 
-    @property
-    def all_channels(self) -> list[SectionChannel]:
-        """Those of the sum, then the one that leads a plan's reference."""
-        leading = None if self.planned is None else self.planned.leading
-        return [*self.channels, *([] if leading is None else [leading])]
 
-    @property
-    def signals(self) -> list[str]:
-        """What the law reads: the reference, then the measured signals, the controlled one first."""
-        return [name for name in self.vector if name != "command"]
+@dataclass
+class _Parts:
+    """What sections are made of: systems from signals by name to "command"."""
+
+    linear: StateSpace
+    tables: PlanTables | None = None
+    leading: StateSpace | None = None
+    filters: list[tuple[StateSpace, PiecewiseLinear]] = field(default_factory=list)
+    command_map: CommandMap | None = None
+    sine: SineShell | None = None
+
+    def surround(self, shell: Shell) -> None:
+        """Take in what stands around them. Raises InputError for what sections cannot give."""
+        if isinstance(shell, LoadCellShell):
+            self._on_load_cell(float(shell.numbers[0]))
+        elif isinstance(shell, SineShell):
+            self._before(self.sine, "a dither", "the dither")
+            self.sine = shell
+        elif isinstance(shell, MapShell):
+            self._before(self.sine, "a dither", "the dither")
+            self._before(self.command_map, "a map of the command", "the map")
+            self.command_map = shell.command_map
+        elif isinstance(shell, FilterShell) and shell.leads:
+            self._lead(shell)
+        elif isinstance(shell, FilterShell):
+            self._before(self.sine, "a dither", "the dither")
+            self._before(self.command_map, "a map of the command", "the map")
+            beside = shell.filter.relabelled(shell.filter.input_labels, ["command"])
+            if shell.schedule is None:
+                self.linear = parallel(self.linear, beside)
+            else:
+                self.filters.append((beside, shell.schedule))
+        else:
+            raise InputError(
+                "this law is no sum of filters with schedules: it has no coefficients but those in its code"
+            )
+
+    def _before(self, there: object, what: str, name: str) -> None:
+        if there is not None:
+            raise InputError(f"compensators behind {what} have no coefficients; name {name} last, or take the code")
+
+    def _lead(self, shell: FilterShell) -> None:
+        leading = shell.filter.relabelled(shell.filter.input_labels, ["reference"])
+        if shell.schedule is not None:
+            raise InputError("a reference filter with a schedule has no coefficients; take the code")
+        if self.tables is not None and leading.input_labels != ["reference"]:
+            raise InputError("a reference filter that takes a measured signal has no coefficients; take the code")
+
+        def led(law: StateSpace) -> StateSpace:
+            return series(leading, law) if "reference" in law.input_labels else law
+
+        self.linear, self.filters = led(self.linear), [(led(part), factor) for part, factor in self.filters]
+        if self.tables is not None:
+            self.leading = leading if self.leading is None else series(leading, self.leading)
+
+    def _on_load_cell(self, factor: float) -> None:
+        names = ["force" if name == "position" else name for name in self.linear.input_labels]
+        scale = np.array([factor if name == "force" else 1.0 for name in names])
+        self.linear = replace(self.linear, B=self.linear.B * scale, D=self.linear.D * scale, input_labels=names)
+        self.tables = self.tables and self.tables.on("force", factor)
 
 
-def identifier(name: str) -> str:
-    """A controller's name as C and Structured Text take it."""
-    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return plain if re.match(r"[A-Za-z]", plain) else f"law_{plain}"
+def _parts(law: Law) -> _Parts:
+    if law.inner is not None and law.shell is not None:
+        parts = _parts(law.inner)
+        parts.surround(law.shell)
+        return parts
+    if law.planned is not None:
+        if law.preview:
+            raise InputError("a law that knows its reference ahead has no coefficients; take the code")
+        names, none = ["reference", *law.measures], np.zeros((1, 1 + len(law.measures)))
+        silent = state_space(np.zeros((0, 0)), none[:0], none[:, :0], none, law.period, names, ["command"])
+        return _Parts(silent, PlanTables.of(law.planned))
+    if law.matrices is None:
+        raise InputError("this law is no sum of filters with schedules: it has no coefficients but those in its code")
+    return _Parts(law.matrices.view(law.measures, law.period))
 
 
-def coefficients(controller: Controller, period: float) -> Coefficients:
-    """Sections, schedules and map of a controller, and its own answer to `SAMPLES` random samples, unlimited.
+def coefficients(law: Law) -> Coefficients:
+    """Sections, schedules and map of a law, and its own answer to `SAMPLES` random samples, unlimited.
 
     Raises InputError for a law that is not of this form, and where the sections do not give the same within AGREE.
     """
-    try:
-        law = scheduled_law(controller)
-    except NeedsOperatingPoint:
-        raise InputError(
-            f"{type(controller).__name__} is no linear law with scheduled compensators; it cannot be exported"
-        ) from None
-    channels = _linear_channels(law.linear, controller.measures)
-    if law.core is not None:  # whose place in the linear law is empty
+    parts = _parts(law)
+    channels = _linear_channels(parts.linear, law.measures)
+    if parts.tables is not None:  # whose place in the linear law is empty
         channels = [channel for channel in channels if channel.sections[:, :3].any(axis=1).all()]
     channels += [
-        SectionChannel(name, _sections(part.filter, i), part.factor)
-        for part in law.filters
-        for i, name in enumerate(part.filter.input_labels)
+        SectionChannel(name, _sections(part, i), factor)
+        for part, factor in parts.filters
+        for i, name in enumerate(part.input_labels)
     ]
-    vector = _vector(controller, law)
-    planned = law.core and PlannedPart(law.core, _leading(law.core))
-    coefficients = Coefficients(period, tuple(channels), law.command_map, law.sine, vector, planned)
+    leading = None if parts.leading is None else SectionChannel("reference", _sections(parts.leading, 0))
+    planned = parts.tables and PlannedPart(parts.tables, leading)
+    vector = _vector(law, parts)
+    coefficients = Coefficients(law.period, tuple(channels), parts.command_map, parts.sine, vector, planned)
     worst, most = (np.abs(part).max() for part in (replay(coefficients) - vector["command"], vector["command"]))
     if not worst <= AGREE * most:
         raise InputError(
-            f"second-order sections of this law are {worst / most:.1e} off: its poles are too close, or it has limits "
-            "that its linear view has not; it cannot be exported"
+            f"second-order sections of this law are {worst / most:.1e} off: its poles are too close; take the code"
         )
     return coefficients
-
-
-def _leading(core: PlannedCore) -> SectionChannel | None:
-    return None if core.leading is None else SectionChannel("reference", _sections(core.leading, 0))
 
 
 def replay(coefficients: Coefficients) -> np.ndarray:
@@ -139,12 +226,15 @@ def replay(coefficients: Coefficients) -> np.ndarray:
     command = np.sum([part(channel) for channel in coefficients.channels], axis=0)
     if (planned := coefficients.planned) is not None:
         led = inputs["reference"] if planned.leading is None else part(planned.leading)
-        command = command + planned.core.commands(
-            led, np.column_stack([inputs[name] for name in planned.core.measures])
-        )
+        measured = np.column_stack([inputs[name] for name in planned.tables.measures])
+        command = command + planned.tables.commands(led, measured)
     if coefficients.command_map is not None:
         command = command + _interpolated(coefficients.command_map.shift, command)
-    return command if coefficients.sine is None else command + coefficients.sine.samples(len(command))
+    sine = coefficients.sine
+    if sine is None:
+        return command
+    turn = 2 * np.pi * sine.frequency * sine.period
+    return command + sine.amplitude * np.sin(turn * np.arange(len(command)))
 
 
 def _interpolated(table: PiecewiseLinear, x: np.ndarray) -> np.ndarray:
@@ -162,24 +252,24 @@ def _linear_channels(law: StateSpace, measures: tuple[str, ...]) -> list[Section
     return [SectionChannel(name, _sections(law, i)) for name, i in inputs.items()]
 
 
-def _vector(controller: Controller, law: ScheduledLaw) -> dict[str, np.ndarray]:
-    """Random inputs, from a standstill over all of the schedules where there are any, and the controller's commands."""
-    random, names = np.random.default_rng(0), ["reference", *controller.measures]
+def _vector(law: Law, parts: _Parts) -> dict[str, np.ndarray]:
+    """Random inputs, from a standstill over all of the schedules where there are any, and the law's commands."""
+    random, names = np.random.default_rng(0), ["reference", *law.measures]
     units = [SIGNALS[name].si for name in [names[1], *names[1:]]]
     vector = {name: SIZE[unit] * random.uniform(-1, 1, SAMPLES) for name, unit in zip(names, units, strict=True)}
-    if law.filters:
-        path = _path([part.factor for part in law.filters])
+    if parts.filters:
+        path = _path([factor for _, factor in parts.filters])
         for name in ["position", "reference"] if names[1] == "position" else ["position"]:
             vector[name] = vector[name] + path
-    if law.core is not None:  # and so far that the plan has work
-        vector["reference"] = vector["reference"] + _FAR * law.core.reach * (np.arange(SAMPLES) >= SAMPLES // 4)
-    command_map = law.command_map
-    controller.reset(0.0, dict.fromkeys(names[1:], 0.0), 0.0 if command_map is None else command_map.shift(0.0))
-    command = np.empty(SAMPLES)
+    if parts.tables is not None:  # and so far that the plan has work
+        vector["reference"] = vector["reference"] + _FAR * parts.tables.reach * (np.arange(SAMPLES) >= SAMPLES // 4)
+    rest = 0.0 if parts.command_map is None else parts.command_map.shift(0.0)
+    x, offset = law.starts(np.zeros((1, len(names))), np.array([rest]))
+    x, command = x[0], np.empty(SAMPLES)
     for k in range(SAMPLES):
-        measured = {name: float(vector[name][k]) for name in names[1:]}
-        command[k] = controller.compute(float(vector["reference"][k]), measured)
-        controller.update(float(command[k]))
+        s = np.array([vector[name][k] for name in names])
+        command[k] = float(law.graphs.output(x, s, offset, law.numbers))
+        x = np.array(law.graphs.advance(x, s, command[k], offset, law.numbers)).ravel()
     return {**vector, "command": command}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import sampled_law
+from ...control.protocol import graph_law
 from ...engine import Engine
 from ...loop.batch import Lanes, run_lanes
 from ...loop.drive_simulation import SMALLER, TRIES
@@ -90,7 +90,7 @@ class Allowed:
     def _runs(
         self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray | float
     ) -> Iterator[Lanes]:
-        lanes, law = self.at(start), sampled_law(spec.build(self.rig.period.value))
+        lanes, law = self.at(start), graph_law(spec.build(self.rig.period.value))
         assert law is not None  # P, pressure feedback, the lap inverted and shaping are data
         recorded = tuple(name for name in _RECORDED if name in self.engine.plant.outputs)
         for _, part in run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, recorded, added=added):

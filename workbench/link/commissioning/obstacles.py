@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...control.dither import Sine
+from ...control.shell import SineShell
 from ...records import Record
 from .allowed import is_of
 
@@ -70,7 +70,7 @@ def obstacles(
     effects: Sequence[str],
     rest: Record,
     records: Iterable[Record],
-    dither: Sine | None,
+    dither: SineShell | None,
 ) -> list[Obstacle]:
     """Of the goal's step as every way played it, of what a trace said (`verdict`; empty: none came to its end), of the
     records, and of the dither that was needed."""
@@ -83,7 +83,7 @@ def obstacles(
     ]
 
 
-def _stays_open(dither: Sine | None) -> Iterator[Obstacle]:
+def _stays_open(dither: SineShell | None) -> Iterator[Obstacle]:
     """A valve that a command of 0 does not close."""
     if dither is None:
         return

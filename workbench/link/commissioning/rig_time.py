@@ -9,8 +9,8 @@ import numpy as np
 from ...base.checkpoint import Stage
 from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
-from ...control.dither import Dithered, Sine
 from ...control.protocol import Controller
+from ...control.shell import Around, SineShell
 from ...loop.drive_simulation import drive
 from ...records import Record
 from ...records.excitation import Excitation
@@ -51,7 +51,7 @@ class RigTime:
         self.over: str | None = None
         self.last: Record | None = None
         self.mark: float | None = None
-        self.dither: Sine | None = None
+        self.dither: SineShell | None = None
 
     def rest(self, check: Callable[[Record], None]) -> Record:
         """The rig at rest, where nothing is wrong with that."""
@@ -77,7 +77,7 @@ class RigTime:
         if not stays:
             self.client.off()
 
-    def free(self, size: float) -> Sine:
+    def free(self, size: float) -> SineShell:
         """From now on every loop has a dither beyond a command `size` [1] that got the jack moving."""
         self.dither = sine(size, self.rig.period.value)
         return self.dither
@@ -90,7 +90,7 @@ class RigTime:
 
         def play() -> Played:
             relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
-            loop = relay if self.dither is None else Dithered(relay, self.dither)
+            loop = relay if self.dither is None else Around(relay, self.dither)
             start = None if blind else self.rig.middle
             reference = relay_reference(self.rig, way)
             return play_course(self.client, self.rig, loop, reference, start, begins=relay.begin, name=name)

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import Controller
-from ..batch import Lanes
+from ...control.protocol import Controller, graph_law
+from ..batch import Lanes, play_lanes
 from ..envelope import HUNTING
-from ..lane_loop import play_lanes, plays_in_lanes
 from ..lane_margins import LaneMargins
 from ..lane_metrics import hunting_lanes, step_lanes
 from ..sensors import settling_band
@@ -51,7 +50,7 @@ def items(problem: RobustnessProblem, block: range) -> dict[str, Item]:
         for place in places(problem):
             listed[linear_stage(place, delay, block)] = Item(delay, block, specs, partial(_linear, place=place))
         for spec in specs:
-            if plays_in_lanes(spec.build(problem.rig.period.value)):
+            if graph_law(spec.build(problem.rig.period.value)) is not None:
                 listed[steps_stage(spec, delay, block)] = Item(delay, block, [spec], _steps)
     return listed
 

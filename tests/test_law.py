@@ -1,6 +1,8 @@
-"""Laws as graphs: they do what the controllers in Python do, run compiled as they do, and are linear about a point."""
+"""Laws: shells stand around them as around plain Python; they run compiled as in Python; linear about a point."""
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -8,15 +10,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_compiled_loop import agree
+from test_controllers import CONTROLLERS, make, size
 
 from workbench.base.errors import InputError
 from workbench.commands.live.config import load_live
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.controller_type import controller
-from workbench.control.graph_law import GraphController, GraphLaw, interpolated
-from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear
-from workbench.control.protocol import linear_law, linear_view, sampled_law
+from workbench.control.law import Law, LawController
+from workbench.control.piecewise_linear import CommandMap, PiecewiseLinear, interpolated
+from workbench.control.protocol import graph_law, linear_view
+from workbench.control.shell import Around
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
@@ -32,6 +36,11 @@ from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 TUNED = {spec.name: spec for spec in load_config(EXPERIMENTS / "position_tuned.toml").controllers}
+ALL = TUNED | {
+    spec.name: spec
+    for name in ("force_tuned", "position_known")
+    for spec in load_config(EXPERIMENTS / f"{name}.toml").controllers
+}
 PERIOD = 1e-3
 SCHEDULE = PiecewiseLinear(np.array([-0.25, -0.1, 0.0, 0.1, 0.25]), np.array([0.3, 0.8, 1.0, 0.9, 0.4]))
 MAP = CommandMap(np.array([-0.5, -0.004, 0.0, 0.004, 0.5]), np.array([-0.5, -0.002, 0.0, 0.002, 0.5]))
@@ -60,24 +69,36 @@ def scheduled(name):
     return compensated(controller, _Map())
 
 
-class Network(GraphController):
+class Network(LawController):
     """P with a small network of error and speed, limited: no linear law, and states of its own."""
 
     def __init__(self, seed):
         random, hidden = np.random.default_rng(seed), 6
-        weights = np.concatenate([random.normal(0, 1, hidden * 3), random.normal(0, 0.02, hidden), [3.0, 0.3]])
+        numbers = {
+            "inner": random.normal(0, 1, hidden * 3), "outer": random.normal(0, 0.02, hidden), "gain": 3.0, "most": 0.3
+        }  # fmt: skip
 
-        def output(x, s, o, q):
-            e = s[0] - s[1]
-            inside = ca.vertcat(e / 0.01, (s[1] - x) / 1e-3, (s[2] - s[3]) / 1e7)
-            layer = ca.tanh(ca.reshape(q[: hidden * 3], hidden, 3) @ inside)
-            return ca.fmin(q[-1], ca.fmax(-q[-1], q[-2] * e + ca.dot(q[hidden * 3 : -2], layer))) + o
+        def limited(x, s, q):
+            e = s.reference - s.position
+            inside = ca.vertcat(e / 0.01, (s.position - x.before) / 1e-3, (s.pa - s.pb) / 1e7)
+            layer = ca.tanh(ca.reshape(q.inner, hidden, 3) @ inside)
+            return ca.fmin(q.most, ca.fmax(-q.most, q.gain * e + ca.dot(q.outer, layer)))
 
-        def start(signals, command):
-            x = signals[1:2]
-            return x, command - float(output(ca.DM(x), ca.DM(signals), 0.0, ca.DM(weights)))
+        def start(s, u):
+            x = SimpleNamespace(before=s.position)
+            values = SimpleNamespace(**{name: ca.DM(value) for name, value in numbers.items()})
+            return [s.position], u - limited(x, s, values)
 
-        super().__init__(GraphLaw.of(output, lambda x, s, v, o, q: s[1], weights, ("position", "pa", "pb"), 1, start))
+        law = Law.of(
+            lambda x, s, o, q: limited(x, s, q) + o,
+            lambda x, s, v, o, q: [s.position],
+            start,
+            states=("before",),
+            numbers=numbers,
+            measures=("position", "pa", "pb"),
+            period=PERIOD,
+        )
+        super().__init__(law)
 
 
 MAKERS = {
@@ -114,35 +135,87 @@ def test_a_graph_runs_compiled_as_its_controller_in_python(name, variant, delay,
 @pytest.mark.parametrize("name", MAKERS)
 def test_none_of_them_is_a_linear_law(name):
     controller = MAKERS[name]()
-    assert linear_law(controller) is None
-    assert sampled_law(controller) is not None
+    assert graph_law(controller).matrices is None
     with pytest.raises(InputError, match="operating point"):
         linear_view(controller)
 
 
-@pytest.mark.parametrize("name", ["p", "tvc", "pid", "crone3"])
-def test_slopes_of_the_graph_are_the_linear_view_of_the_controller(name):
-    """The wrappers write their linear view down; the graph's is its derivative."""
-    rig = load_rig("jack-10t")
-    plant = build(rig)
-    about = equilibrium(plant, position=0.07, speed=0.1)
-    controller, f = MAKERS[name](), np.geomspace(0.1, 400, 50)
+class Plain:
+    """A controller in plain Python: the same, without its graph."""
 
-    class Bare:
-        """The same, with nothing but its graph."""
+    def __init__(self, inner):
+        self._inner, self.measures = inner, inner.measures
+        self.reset, self.compute, self.update = inner.reset, inner.compute, inner.update
 
-        measures, reset, compute, update, graph_law = (
-            controller.measures,
-            controller.reset,
-            controller.compute,
-            controller.update,
-            staticmethod(controller.graph_law),
-        )
+    def linear(self):
+        return self._inner.linear()
 
-    law = linear_loop(plant, about, controller, PERIOD)
-    graph = linear_loop(plant, about, Bare(), PERIOD)
-    assert graph.ms == pytest.approx(law.ms, rel=1e-6)
-    assert np.interp(f, graph.f, np.abs(graph.open)) == pytest.approx(np.interp(f, law.f, np.abs(law.open)), rel=1e-6)
+
+@pytest.mark.parametrize("name", ["p-dp-shaped", "pid-lead", "crone1", "lqg", "p-dp-force", "p-dp-flow-known"])
+def test_compensators_around_plain_python_are_those_around_a_law(name):
+    """The drive is slow and saturates: what is learned of it differs from what was demanded."""
+    spec, random = ALL[name], np.random.default_rng(1)
+    whole = spec.build(PERIOD)
+    bare = replace(spec, compensators=(), stiffness=None, softest=None, stiffest=None).build(PERIOD)
+    inner, shells = whole, []
+    while hasattr(inner, "inner"):
+        shells.append(inner.graph_law().shell)
+        inner = inner.inner
+    around = Plain(bare)
+    for shell in reversed(shells):
+        around = Around(around, shell)
+    assert around.measures == whole.measures
+    scale = {signal: 0.01 * size(signal) for signal in whole.measures}
+    measured, sent = {signal: value * random.normal() for signal, value in scale.items()}, 0.1
+    for each in (whole, around):
+        each.reset(measured[whole.measures[0]], measured, sent)
+    for k in range(60):
+        measured = {signal: value * np.sin(0.1 * k + random.normal()) for signal, value in scale.items()}
+        demanded = [each.compute(2 * scale[whole.measures[0]], measured) for each in (whole, around)]
+        assert demanded[1] == pytest.approx(demanded[0], rel=1e-9, abs=1e-12)
+        sent += np.clip(np.clip(demanded[0], -0.05, 0.05) - sent, -0.004, 0.004)
+        whole.update(sent)
+        around.update(sent)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_a_start_is_without_a_bump(name):
+    random, controller = np.random.default_rng(2), make(name)
+    for _ in range(20):
+        measured = {signal: 0.1 * size(signal) * random.normal() for signal in controller.measures}
+        reference, command = measured[controller.measures[0]] * random.normal(), random.uniform(-1, 1)
+        controller.reset(reference, measured, command)
+        assert controller.compute(reference, measured) == pytest.approx(command, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", sorted(TUNED))
+def test_starts_in_lanes_are_those_of_each_loop(name):
+    law = graph_law(TUNED[name].build(1e-3))
+    random, scales = np.random.default_rng(3), np.array([size(law.measures[0]), *map(size, law.measures)])
+    signals, commands = scales * random.normal(1.0, 0.3, (7, len(scales))), random.uniform(-0.2, 0.2, 7)
+    x, offset = law.starts(signals, commands)
+    for lane in range(7):
+        own, constant = law.start(signals[lane], commands[lane])
+        np.testing.assert_allclose(x[lane], np.array(own).ravel(), rtol=1e-12, atol=1e-10 * np.abs(x).max(initial=0.0))
+        assert offset[lane] == pytest.approx(float(constant), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_the_matrices_of_a_linear_law_are_the_law(name):
+    """With states that are filled up, and a drive that does something else than what is demanded."""
+    law, random = graph_law(make(name)), np.random.default_rng(4)
+    dense = law.dense()
+    assert law.matrices is not None
+    assert dense.states % 4 == 0
+    signals, command = random.normal(size=(1, 1 + len(law.measures))), random.normal(size=1)
+    (x, o), (z, _) = law.starts(signals, command), dense.starts(signals, command)
+    x, z = x[0], z[0]
+    for _ in range(20):
+        s, v = random.normal(size=1 + len(law.measures)), random.normal()
+        demanded = [float(each.graphs.output(at, s, o, each.numbers)) for each, at in ((law, x), (dense, z))]
+        assert demanded[1] == pytest.approx(demanded[0], rel=1e-9, abs=1e-9)
+        x = np.array(law.graphs.advance(x, s, v, o, law.numbers)).ravel()
+        z = np.array(dense.graphs.advance(z, s, v, o, dense.numbers)).ravel()
 
 
 def test_the_schedule_and_the_map_count_in_the_linear_view():
@@ -208,8 +281,9 @@ def test_margins_in_lanes_are_those_of_each_operating_point(name):
 
 def test_a_graph_without_states_is_linear_in_lanes_too(rig, plant):
     spec = TUNED["p"] + controller("controllers.pressure:PressureFeedback", gain="2e-4 1/bar", column="300 mm")
-    law = sampled_law(spec.build(PERIOD))
-    assert (type(law), law.states) == (GraphLaw, 0)
+    law = graph_law(spec.build(PERIOD))
+    assert law.states == 0
+    assert law.matrices is None
     points = equilibria(plant, np.tile(plant.p, (2, 1)), np.array([0.0, 0.1]))
     at = lane_signals_at(Engine(plant), points, np.tile(plant.p, (2, 1)))
     lanes = lane_laws(spec.build(PERIOD), at)
@@ -221,7 +295,7 @@ def test_a_graph_without_states_is_linear_in_lanes_too(rig, plant):
 def test_designs_of_one_structure_share_their_graphs():
     def graphs(**numbers):
         feedback = controller("controllers.pressure:PressureFeedback", gain="2e-4 1/bar", column="300 mm", **numbers)
-        return sampled_law((TUNED["p"] + feedback).build(PERIOD)).graphs
+        return graph_law((TUNED["p"] + feedback).build(PERIOD)).graphs
 
     assert graphs(corner=1.0) is graphs(corner=2.0)
     assert graphs(corner=1.0) != graphs(corner=0.0)

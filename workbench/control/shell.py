@@ -1,0 +1,422 @@
+"""What stands around a law, or around a controller that computes in Python: filters, maps, plans, scaled sensors.
+
+A shell is written once, as graphs: what the inner law is told, what becomes of its command, what it learns of the
+command that the drive really got, and the shell's own state after the sample. `around` makes one law of both;
+`Around` plays the same graphs about a controller in plain Python.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from numbers import Real
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from ..linear.state_space import StateSpace
+from .law import Law, law_graphs, law_of_view
+from .protocol import Controller, fallbacks, linear_view, operating, preview
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+Signals = Mapping[str, "ca.SX"]
+
+
+def _same(value: "ca.SX") -> "ca.SX":
+    return value
+
+
+@dataclass(frozen=True)
+class Passed:
+    """What a shell does in a sample: `signals` that the inner law gets in the place of those measured, by name; `forth`
+    makes the command of the inner law's, `back` makes what that learns of the command that the drive got."""
+
+    signals: Signals = field(default_factory=dict)
+    forth: Callable[["ca.SX"], "ca.SX"] = _same
+    back: Callable[["ca.SX"], "ca.SX"] = _same
+
+
+class Shell(ABC):
+    """Graphs of what stands around a law. Its state is w [states], q [k] are its `numbers`, s the signals by name."""
+
+    numbers: np.ndarray
+    names: tuple[str, ...] = ()  # of its states
+    leads: bool = False  # whether the inner law's reference is another one
+
+    @property
+    @abstractmethod
+    def key(self) -> Hashable:
+        """All that its graphs depend on, but for the numbers."""
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        """What both measure together, the controlled signal first."""
+        return inner
+
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        """The state [states] at a start with a command u."""
+        import casadi as ca
+
+        return ca.SX.zeros(len(self.names))
+
+    @abstractmethod
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        """What it does in this sample."""
+
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
+        """The state a sample later, the drive having got v."""
+        return w
+
+    def settled(self, w: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
+        """A state once what it measures slowly has arrived at an operating point."""
+        return w
+
+    @property
+    def remembers(self) -> tuple[int, ...]:
+        """The places of what it has measured of its plant."""
+        return ()
+
+    @property
+    def view(self) -> "Shell":
+        """The shell whose slopes are the linear view of one that switches between samples."""
+        return self
+
+
+def around(inner: Law, shell: Shell) -> Law:
+    """A law with a shell around it."""
+    import casadi as ca
+
+    measures, n, k, ahead = shell.measures(inner.measures), inner.states, len(inner.numbers), inner.preview
+
+    def named(s: ca.SX, i: int = 0) -> dict[str, ca.SX]:
+        return {"reference": s[i], **dict(zip(measures, ca.vertsplit(s)[s.numel() - len(measures) :], strict=True))}
+
+    def told(shown: Signals, passed: Passed) -> list[ca.SX]:
+        return [passed.signals[name] if name in passed.signals else shown[name] for name in inner.measures]
+
+    def seen(w: ca.SX, s: ca.SX, q: ca.SX) -> tuple[Passed, ca.SX]:
+        """What the shell does, and the inner law's (r, y)."""
+        passed = shell.passed(w, named(s), q)
+        references = [passed.signals.get("reference", s[0])]
+        for i in range(1, 1 + ahead):
+            if shell.leads:
+                w = shell.after(w, named(s, i - 1), ca.SX(0), q)
+                references.append(shell.passed(w, named(s, i), q).signals["reference"])
+            else:
+                references.append(shell.passed(w, named(s, i), q).signals.get("reference", s[i]))
+        return passed, ca.vertcat(*references, *told(named(s), passed))
+
+    def split(x: ca.SX, q: ca.SX) -> list[ca.SX]:
+        return [*ca.vertsplit(x, [0, n, x.numel()]), *ca.vertsplit(q, [0, k, q.numel()])]
+
+    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        own, w, p, numbers = split(x, q)
+        passed, taken = seen(w, s, numbers)
+        return passed.forth(ca.SX(inner.graphs.output(own, taken, o, p)))
+
+    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+        own, w, p, numbers = split(x, q)
+        passed, taken = seen(w, s, numbers)
+        after = ca.SX(inner.graphs.advance(own, taken, passed.back(v), o, p))
+        return ca.vertcat(after, shell.after(w, named(s), v, numbers))
+
+    def beginning(s: ca.SX, u: ca.SX) -> tuple[ca.SX, ca.SX]:
+        w = shell.rest(named(s), u)
+        passed = shell.passed(w, named(s), ca.SX(ca.DM(shell.numbers)))
+        taken = ca.vertcat(passed.signals.get("reference", s[0]), *told(named(s), passed))
+        x, offset = inner.start(taken, passed.back(u))
+        return ca.vertcat(x, w), offset
+
+    def settled(x: np.ndarray, at: Mapping[str, float]) -> np.ndarray:
+        return np.append(inner.settled(x[:n], at), shell.settled(x[n:], at))
+
+    numbers = np.concatenate((inner.numbers, shell.numbers))
+    sizes = n + len(shell.names), 1 + ahead + len(measures), len(numbers)
+    graphs = law_graphs(output, advance, sizes, ("shell", shell.key, inner.graphs, measures, ahead))
+    view = None
+    if inner.view is not None or shell.view is not shell:
+        view = around(inner.view or inner, shell.view)
+    return Law(
+        graphs,
+        numbers,
+        measures,
+        inner.period,
+        beginning,
+        (*inner.names, *_unlike(shell.names, inner.names)),
+        preview=ahead,
+        settled=settled,
+        view=view,
+        fallbacks=inner.fallbacks,
+        memory=(*inner.memory, *(n + place for place in shell.remembers)),
+        inner=inner,
+        shell=shell,
+    )
+
+
+def _unlike(names: tuple[str, ...], known: tuple[str, ...]) -> list[str]:
+    """Names with a number where they are known already."""
+    number = 1 + max((1 for name in names if name in known), default=0)
+    while number > 1 and any(f"{name}_{number}" in known for name in names):
+        number += 1
+    return [name if number == 1 else f"{name}_{number}" for name in names]
+
+
+class Around:
+    """A shell about a controller that computes in Python, itself a controller."""
+
+    def __init__(self, inner: Controller, shell: Shell) -> None:
+        self.inner, self._shell, self.preview = inner, shell, preview(inner)
+        self.measures = shell.measures(inner.measures)
+        self._w, self._s, self._v = np.zeros(len(shell.names)), np.zeros(1 + len(self.measures)), 0.0
+
+    @property
+    def fallbacks(self) -> int | None:
+        """Of the inner controller."""
+        return fallbacks(self.inner)
+
+    def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
+        """Start without a bump."""
+        self._s = np.array([reference, *(measurement[name] for name in self.measures)])
+        self._w = np.array(self._functions["rest"](self._s, command)).ravel()
+        taken, back = self._taken(measurement), self._back(command)
+        self.inner.reset(taken.pop("reference"), taken, back)
+
+    def set_preview(self, future: np.ndarray) -> None:
+        """The references that the inner controller will see."""
+        if not self.preview:
+            return
+        w, given = self._w, []
+        for reference in future:
+            s = np.append(reference, self._s[1:])
+            given.append(float(np.array(self._functions["signals"](w, s)).ravel()[0]))
+            w = np.array(self._functions["after"](w, s, 0.0)).ravel() if self._shell.leads else w
+        cast(Any, self.inner).set_preview(np.array(given))
+
+    def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
+        """The inner controller's command, and what the shell makes of it."""
+        self._s = np.array([reference, *(measurement[name] for name in self.measures)])
+        taken = self._taken(measurement)
+        inner = self.inner.compute(taken.pop("reference"), taken)
+        if not isinstance(inner, Real):  # the guard says what is wrong with it
+            return inner
+        return float(self._functions["forth"](self._w, self._s, float(inner)))
+
+    def update(self, realised: float) -> None:
+        """Advance both by one period."""
+        self.inner.update(self._back(realised))
+        self._w = np.array(self._functions["after"](self._w, self._s, realised)).ravel()
+
+    def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
+        """Both together: the inner controller's view as a law, with the shell around it."""
+        law = around(law_of_view(linear_view(self.inner, at), tuple(self.inner.measures)), self._shell)
+        return law.matrices.view(self.measures, law.period) if law.matrices else law.linearised(operating(at))
+
+    def _taken(self, measurement: Mapping[str, float]) -> dict[str, float]:
+        given = np.array(self._functions["signals"](self._w, self._s)).ravel().tolist()
+        return {**measurement, "reference": given[0], **dict(zip(self.inner.measures, given[1:], strict=True))}
+
+    def _back(self, realised: float) -> float:
+        return float(self._functions["back"](self._w, self._s, realised))
+
+    @cached_property
+    def _functions(self) -> dict[str, "ca.Function"]:
+        """rest(s, u), signals(w, s) -> (r, y) of the inner controller, forth, back and after(w, s, u), of numbers."""
+        import casadi as ca
+
+        shell, q = self._shell, ca.SX(ca.DM(self._shell.numbers))
+        w, s, u = ca.SX.sym("w", len(shell.names)), ca.SX.sym("s", len(self._s)), ca.SX.sym("u")
+        named = dict(zip(("reference", *self.measures), ca.vertsplit(s), strict=True))
+        passed = shell.passed(w, named, q)
+        told = {**named, **passed.signals}
+        given = [told[name] for name in ("reference", *self.inner.measures)]
+        return {
+            "rest": ca.Function("rest", [s, u], [ca.densify(shell.rest(named, u))]),
+            "signals": ca.Function("signals", [w, s], [ca.densify(ca.vertcat(*given))]),
+            "forth": ca.Function("forth", [w, s, u], [passed.forth(u)]),
+            "back": ca.Function("back", [w, s, u], [passed.back(u)]),
+            "after": ca.Function("after", [w, s, u], [ca.densify(shell.after(w, named, u, q))]),
+        }
+
+
+def innermost(controller: Controller) -> Controller:
+    """The controller within all that is around it."""
+    return innermost(controller.inner) if isinstance(controller, Around) else controller
+
+
+class FilterShell(Shell):
+    """A stable filter whose output is added to the command, or `leads`: is the inner law's reference.
+
+    `schedule`: a factor of its output over the measured position [m].
+    """
+
+    def __init__(self, filtered: StateSpace, leads: bool, schedule: "Any" = None) -> None:
+        self.filter, self.leads, self.schedule = filtered, leads, schedule
+        tables = () if schedule is None else (schedule.at, schedule.values)
+        self.numbers = np.concatenate([part.ravel() for part in (*filtered.matrices, *tables)])
+        self.names = tuple(f"{'lead' if leads else 'filter'}_{i}" for i in range(len(filtered.A)))
+        a, b, c, d = filtered.matrices
+        self._at_rest = np.linalg.solve(np.eye(len(a)) - a, b)
+        self._sizes = a.size, b.size, c.size, d.size, *(len(part) for part in tables)
+
+    @property
+    def key(self) -> Hashable:
+        return "filter", self._sizes, tuple(self.filter.input_labels), self.leads
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        heard = (*self.filter.input_labels, *(() if self.schedule is None else ("position",)))
+        return tuple(name for name in dict.fromkeys((*inner, *heard)) if name != "reference")
+
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        import casadi as ca
+
+        return ca.DM(self._at_rest) @ self._heard(s)
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        import casadi as ca
+
+        from .piecewise_linear import interpolated
+
+        _, _, c, d, *table = self._parts(q)
+        out = ca.dot(c, w) + ca.dot(d, self._heard(s))
+        if table:
+            out *= interpolated(table[0], table[1], s["position"])
+        if self.leads:
+            return Passed({"reference": out})
+        return Passed(forth=lambda u: u + out, back=lambda v: v - out)
+
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
+        import casadi as ca
+
+        a, b, *_ = self._parts(q)
+        n, heard = len(self.names), self._heard(s)
+        return ca.reshape(a, n, n).T @ w + ca.reshape(b, heard.numel(), n).T @ heard
+
+    def _heard(self, s: Signals) -> "ca.SX":
+        import casadi as ca
+
+        return ca.vertcat(*(s[name] for name in self.filter.input_labels))
+
+    def _parts(self, q: "ca.SX") -> list["ca.SX"]:
+        import casadi as ca
+
+        return ca.vertsplit(q, np.cumsum([0, *self._sizes]).tolist())
+
+
+class MapShell(Shell):
+    """A static map that the inner law's command goes through; it learns the realised command mapped back."""
+
+    def __init__(self, command_map: "Any") -> None:
+        self.command_map = command_map
+        self.numbers = np.concatenate((command_map.at, command_map.to))
+
+    @property
+    def key(self) -> Hashable:
+        return "map", len(self.numbers)
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        import casadi as ca
+
+        from .piecewise_linear import interpolated
+
+        at, to = ca.vertsplit(q, len(self.numbers) // 2)
+        return Passed(forth=lambda u: u + interpolated(at, to - at, u), back=lambda v: v + interpolated(to, at - to, v))
+
+
+class SineShell(Shell):
+    """amplitude [1] x sin(2 pi frequency [Hz] t), sampled every period [s], on top of the inner law's command, from 0
+    at the start; its linear view is without."""
+
+    names = "sine", "cosine"
+
+    def __init__(self, amplitude: float, frequency: float, period: float) -> None:
+        self.amplitude, self.frequency, self.period = amplitude, frequency, period
+        angle = 2 * np.pi * frequency * period
+        self.numbers = np.array([np.cos(angle), np.sin(angle)])
+
+    @property
+    def key(self) -> Hashable:
+        return "sine"
+
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        import casadi as ca
+
+        return ca.SX([0.0, self.amplitude])
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        return Passed(forth=lambda u: u + w[0], back=lambda v: v - w[0])
+
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
+        """A turn from sample to sample."""
+        import casadi as ca
+
+        return ca.vertcat(q[0] * w[0] + q[1] * w[1], q[0] * w[1] - q[1] * w[0])
+
+    @property
+    def view(self) -> Shell:
+        return _Nothing()
+
+
+class _Nothing(Shell):
+    """Nothing around a law."""
+
+    numbers = np.zeros(0)
+
+    @property
+    def key(self) -> Hashable:
+        return "nothing"
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        return Passed()
+
+
+class LoadCellShell(Shell):
+    """A law of position on a load cell: its position is force over stiffness [N/m], a specimen's deflection.
+
+    Its reference is a deflection [m], as of a specimen whose far end stands; `deflection` makes it of a force.
+    """
+
+    def __init__(self, stiffness: float) -> None:
+        self.numbers = np.array([1 / stiffness])
+
+    @property
+    def key(self) -> Hashable:
+        return "load cell"
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        return "force", *inner[1:]
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        return Passed({"position": s["force"] * q[0]})
+
+
+class PlanShell(Shell):
+    """A plan of the inner law's reference, with a command of its own for it: see plan.Plan."""
+
+    leads = True
+
+    def __init__(self, plan: "Any") -> None:
+        self.plan, self.numbers = plan, plan.numbers
+        self.names = tuple(f"plan_{i}" for i in range(plan.states))
+
+    @property
+    def key(self) -> Hashable:
+        return "plan", self.plan.key
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*inner, *self.plan.inputs[1:])))
+
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        return self.plan.rest(s["reference"])
+
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        planned, added = self.plan.output(w, self._heard(s), q)
+        return Passed({"reference": planned}, lambda u: u + added, lambda v: v - added)
+
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
+        return self.plan.advance(w, self._heard(s), q)
+
+    def _heard(self, s: Signals) -> "ca.SX":
+        import casadi as ca
+
+        return ca.vertcat(*(s[name] for name in self.plan.inputs))
