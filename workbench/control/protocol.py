@@ -98,7 +98,6 @@ def linear_view(controller: Controller, at: Mapping[str, float] | None = None) -
     else:
         raise NoLinearView(f"{type(controller).__name__} has no linear view; give it a method `linear`")
     names = ("reference", *controller.measures)
-    view = as_state_space(view)
     if view.D.shape != (1, len(names)):
         raise InputError(
             f"{type(controller).__name__}.linear: has {view.D.shape[1]} inputs and {view.D.shape[0]} outputs; make it "
@@ -111,7 +110,7 @@ def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> An
     """What a method `linear` returns; raises NoLinearView for one that is not written, InputError where it fails."""
     name = type(controller).__name__
     try:
-        return as_state_space(linear(*arguments))
+        view = linear(*arguments)
     except InputError:
         raise
     except NotImplementedError:  # a class of the user's own says so in the way Python has for it
@@ -120,6 +119,10 @@ def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> An
         raise InputError(
             f"{name}.linear: {type(error).__name__}: {error}; return a state space, or leave the method out"
         ) from error
+    try:
+        return as_state_space(view)
+    except InputError as error:
+        raise InputError(f"{name}.linear: {error}, or leave the method out") from None
 
 
 class NoLinearView(InputError):

@@ -13,7 +13,7 @@ from ...control.export.sections import identifier
 from ...control.export.structured_text import structured_text
 from ...control.protocol import Controller, linear_view
 from ...linear import equilibrium, linear_plant
-from ...loop.plant_response import plant_response
+from ...loop.sampled_lanes import sampled_lane
 from ...plant import build
 from ...rigs.rig import Rig
 from ..common.new_folder import write_folder
@@ -29,7 +29,7 @@ def leave_laws(folder: Path, rig: Rig, laws: Laws) -> str:
     outputs = tuple(name for name in MEASURED if name in plant.outputs)
     model = linear_plant(plant, about, ("command",), outputs, smooth)
     files: dict[str, str | bytes] = {"plant.mat": mat_file(model)}
-    at = plant_response(plant, about, rig.period.value, smooth).signals
+    at = sampled_lane(plant, about, rig.period.value, smooth).point
     for name, (controller, law) in laws.items():
         files[f"{identifier(name)}.json"] = json.dumps(as_json(law), indent=2) + "\n"
         files |= {**c_code(name, law), **structured_text(name, law)}

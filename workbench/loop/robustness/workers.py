@@ -13,8 +13,8 @@ from ...control.protocol import Controller
 from ..batch import Lanes
 from ..envelope import HUNTING
 from ..lane_loop import play_lanes, plays_in_lanes
-from ..lane_margins import LaneMargins
 from ..lane_metrics import hunting_lanes, step_lanes
+from ..margins import LaneMargins
 from ..sensors import settling_band
 from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places, worst_places
