@@ -14,7 +14,6 @@ from workbench.control.protocol import linear_view
 from workbench.linear.interconnect import feedback, select
 from workbench.linear.state_space import StateSpace, state_space, transfer_function, tustin
 from workbench.loop.designed_inverse import designed_inverse
-from workbench.loop.margins import with_margins
 from workbench.loop.outer_loop import outer_loop
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.rows import linear_loops, loop_setup
@@ -78,7 +77,7 @@ def test_it_leaves_less_than_zero_phase_error_tracking(rig):
     """Which cancels all poles and zeros but those outside the unit circle, whose phase it undoes (Tomizuka, 1987)."""
     (spec,) = (each for each in load_config(TUNED).controllers if each.name == "p-dp")
     setup = loop_setup(with_delay(rig, 3e-4))
-    null, law = linear_loops(spec, setup).null, linear_view(spec.build(PERIOD), setup.null_plant.signals)
+    null, law = linear_loops(spec, setup).null, linear_view(spec.build(PERIOD), setup.null_plant.point)
     plant = select(setup.null_plant.model, ["command"], list(law.input_labels[1:]))
     closed = select(feedback(plant, law), ["reference"], ["position"])
     (outside,) = [z for z in zeros(closed) if abs(z) > 1 and z.real > 0]
@@ -196,12 +195,12 @@ def test_the_margins_of_an_outer_loop_are_those_of_its_product(hybrid):
     z = np.exp(2j * np.pi * opened.f * PERIOD)
     inner = linear_loops(LOOP, hybrid).null
     rows = hybrid.null_plant.rows(["force", "position"])
-    force, position = hybrid.null_plant.at(z, rows)
+    force, position = hybrid.null_plant.response.of_outputs(rows).at(z[None])[0]
     closed = np.interp(opened.f, inner.f, inner.closed) * force / position
     product = -outer(z) * closed
     band = opened.f < 50
     assert opened.open[band] == pytest.approx(product[band], rel=2e-3)
-    assert opened.ms == pytest.approx(with_margins(opened.f, opened.open, "linear").ms)
+    assert opened.ms == pytest.approx(np.abs(1 / (1 + opened.open)).max(), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -25,11 +25,9 @@ from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_laws import lane_laws
-from workbench.loop.lane_laws import signals_at as lane_signals_at
-from workbench.loop.lane_margins import lane_margins, sampled_lanes
-from workbench.loop.margins import linear_loop
-from workbench.loop.plant_response import signals_at
+from workbench.loop.margins import LoopLanes, linear_loop
 from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.sampled_lanes import sampled_lane, sampled_lanes, signals_at
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
@@ -220,10 +218,8 @@ def test_the_matrices_of_a_linear_law_are_the_law(name):
 
 def test_the_schedule_and_the_map_count_in_the_linear_view():
     plant = build(load_rig("jack-10t"))
-    views = [
-        linear_view(scheduled("p-dp"), signals_at(plant, equilibrium(plant, position=place, speed=speed)))
-        for place, speed in ((0.0, 0.0), (0.1, 0.0), (0.1, 0.5))
-    ]
+    points = [equilibrium(plant, position=place, speed=speed) for place, speed in ((0.0, 0.0), (0.1, 0.0), (0.1, 0.5))]
+    views = [linear_view(scheduled("p-dp"), sampled_lane(plant, about, PERIOD).point) for about in points]
     gains = [np.abs(view.D[0, view.input_labels.index("pa")]) for view in views]
     assert gains[1] / gains[0] == pytest.approx(0.9, rel=1e-6)
     slopes = (MAP.to[3] - MAP.to[2]) / (MAP.at[3] - MAP.at[2]), (MAP.to[4] - MAP.to[3]) / (MAP.at[4] - MAP.at[3])
@@ -268,15 +264,15 @@ def test_margins_in_lanes_are_those_of_each_operating_point(name):
     p[1, plant.parameters.index("M")] *= 0.5
     p[2, plant.parameters.index("beta")] *= 0.6
     points = equilibria(plant, p, np.array([0.0, 0.12, -0.2]), 0.1)
-    laws = lane_laws(controller, lane_signals_at(Engine(plant), points, p))
-    margins = lane_margins(sampled_lanes(plant, points, p, laws.measures, PERIOD), laws)
+    sampled = sampled_lanes(plant, points, p, tuple(controller.measures), PERIOD)
+    margins = LoopLanes(sampled, lane_laws(controller, sampled.signals)).margins()
     for lane in range(3):
         about = Equilibrium(points.x[lane], points.u[lane], 0.1)
         loop = linear_loop(plant, about, controller, PERIOD, p[lane])
         assert margins.stable[lane] == loop.stable
         if loop.stable:
-            assert margins.ms[lane] == pytest.approx(loop.ms, rel=5e-3)
-            assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=0.05)
+            assert margins.ms[lane] == pytest.approx(loop.ms, rel=1e-4)
+            assert margins.gain_margin_db[lane] == pytest.approx(loop.gain_margin_db, abs=1e-3)
 
 
 def test_a_graph_without_states_is_linear_in_lanes_too(rig, plant):
@@ -285,7 +281,7 @@ def test_a_graph_without_states_is_linear_in_lanes_too(rig, plant):
     assert law.states == 0
     assert law.matrices is None
     points = equilibria(plant, np.tile(plant.p, (2, 1)), np.array([0.0, 0.1]))
-    at = lane_signals_at(Engine(plant), points, np.tile(plant.p, (2, 1)))
+    at = signals_at(plant, points, np.tile(plant.p, (2, 1)))
     lanes = lane_laws(spec.build(PERIOD), at)
     for lane in range(2):
         view = linear_view(spec.build(PERIOD), {name: float(values[lane]) for name, values in at.items()})
@@ -307,5 +303,5 @@ def test_one_lane_is_without_states_that_no_measurement_moves(rig, plant):
     for lanes in (1, 2):
         p = np.tile(plant.p, (lanes, 1))
         points = equilibria(plant, p, np.linspace(0.0, 0.1, lanes))
-        shapes.append(lane_laws(flow.build(PERIOD), lane_signals_at(Engine(plant), points, p)).a.shape[1:])
+        shapes.append(lane_laws(flow.build(PERIOD), signals_at(plant, points, p)).a.shape[1:])
     assert shapes[0] == shapes[1]

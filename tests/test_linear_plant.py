@@ -9,6 +9,7 @@ from controllers import AccelerationFeedback, LinearCrone, LinearCrone1, LinearL
 from workbench.base.errors import InputError
 from workbench.control.linear_model import LinearModel
 from workbench.control.linear_observer import sampled_model
+from workbench.linear import as_state_space
 from workbench.loop.reach import check_reach
 from workbench.loop.rows import loop_setup
 from workbench.plant import build
@@ -241,6 +242,24 @@ def test_what_a_plant_cannot_do_is_refused():
         wb.ClosedLoop(plant, P(gain=5.0) + AccelerationFeedback(gain=1e-3))
     with pytest.raises(InputError, match="one input, the command"):
         axis(control.ss(np.eye(2) * -1, np.eye(2), np.eye(2), np.zeros((2, 2))))
+
+
+@pytest.mark.parametrize(
+    ("system", "words"),
+    [
+        (control.tf([0.1], [1.0, -1.0], True), "dt=True, which is no period"),
+        (control.ss([[1.0]], [[0.1]], [[1.0]], [[0.0]], True), "dt=True, which is no period"),
+        (control.frd([1.0, 0.5j], [1.0, 2.0]), "no FrequencyResponseData"),
+        (control.nlsys(lambda t, x, u, _: u - x, None, inputs=1, outputs=1, states=1), "no NonlinearIOSystem"),
+        (lambda s: 1 / s, "no function"),
+    ],
+)
+def test_a_system_that_is_no_linear_model_is_refused(system, words):
+    with pytest.raises(InputError, match=words):
+        axis(system)
+    if not isinstance(system, control.TransferFunction):
+        with pytest.raises(InputError, match=r"dt=True|is no state space"):
+            as_state_space(system)
 
 
 def test_names_in_messages_are_the_files(tmp_path):

@@ -99,7 +99,8 @@ def test_linear_loops_at_once_are_those_one_by_one(config):
         linear = lanes.linear(controller)
         for at_once, alone in zip((linear.null, linear.moving), lanes.margins(controller), strict=True):
             assert at_once.ms == pytest.approx(alone.ms, nan_ok=True)
-        assert linear.open == pytest.approx(lanes.open_loops(controller, linear.f))
+        for lane, (f, loop) in enumerate(linear.curves):
+            assert loop == pytest.approx(lanes.open_loops(controller, f)[lane])
 
 
 def test_the_closed_loop_is_that_of_bode(config, at_rest):

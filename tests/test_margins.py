@@ -9,10 +9,10 @@ import pytest
 from controllers.p import P
 from controllers.pid_lead import PidLead
 from workbench.linear import Equilibrium, discretise, equilibrium
-from workbench.linear.state_space import modal_form, sampled_response, schur_form
+from workbench.linear.state_space import sampled_response
 from workbench.loop.margins import linear_loop, linear_loop_on
-from workbench.loop.plant_response import plant_response
 from workbench.loop.rig_variations import with_delay
+from workbench.loop.sampled_lanes import sampled_lane
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
 from workbench.rigs.rig_file import load_rig
@@ -173,21 +173,18 @@ def test_a_narrow_resonance_is_not_missed():
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 2.4e-3])
-def test_a_plant_s_response_by_its_modes_is_that_of_its_schur_form(delay):
-    """With whole periods of delay its modes are dependent, and the Schur form is taken."""
+def test_a_plant_s_response_by_its_modes_is_that_of_its_matrices(delay):
     rig = load_rig("jack-10t")
     plant = build(with_delay(rig, delay) if delay else rig)
-    sampled = plant_response(plant, equilibrium(plant), PERIOD)
-    assert modal_form(sampled.model).diagonal == (delay < PERIOD)
-    rows, form = sampled.rows(["pa", "position"]), schur_form(sampled.model)
-    expected = form.outputs(form.states(sampled.z))[rows, 0]
-    fast = sampled.f > 0.01  # below, the integrator's pole at z = 1, known to 1e-16, is what a pressure is the rest of
-    assert np.abs(sampled.on_grid[rows] / expected - 1)[:, fast].max() < 1e-8
-    assert np.abs(sampled.at(sampled.z, rows) / expected - 1)[:, fast].max() < 1e-8
+    sampled = sampled_lane(plant, equilibrium(plant), PERIOD)
+    rows, f = sampled.rows(["pa", "position", "current"]), np.geomspace(0.01, 500, 300)
+    z = np.exp(2j * np.pi * f * PERIOD)  # below, the integrator's pole at z = 1, known to 1e-16, is what a pressure is
+    expected = sampled_response(sampled.model, z)[rows, 0]
+    assert np.abs(sampled.response.of_outputs(rows).at(z[None])[0] / expected - 1).max() < 1e-7
 
 
 def test_designs_on_one_plant_have_the_loops_that_each_has_alone(plant, rest):
-    sampled = plant_response(plant, rest, PERIOD)
+    sampled = sampled_lane(plant, rest, PERIOD)
     for gain in (0.1, 0.3, 0.6):
         shared, alone = linear_loop_on(sampled, lead(gain)), linear_loop(plant, rest, lead(gain), PERIOD)
         for name in ("stable", "ms", "gain_margin_db", "phase_margin_deg"):

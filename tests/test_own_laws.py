@@ -144,7 +144,8 @@ BROKEN = {
         "Law.linear: has 1 inputs and 1 outputs; make it a system from reference, position to the command",
     ),
     "a linear view that is none": (
-        "    def update", "    def linear(self):\n        return 3\n\n    def update", "Law.linear: AttributeError:",
+        "    def update", "    def linear(self):\n        return 3\n\n    def update",
+        "Law.linear: int is no state space",
     ),
 }  # fmt: skip
 

@@ -27,7 +27,7 @@ from workbench.loop.describing_function import (
     sweep_frequencies,
 )
 from workbench.loop.margins import closed_poles, linear_loop
-from workbench.loop.plant_response import plant_response
+from workbench.loop.sampled_lanes import sampled_lane
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sine_points import SinePoint
 from workbench.plant import build
@@ -294,7 +294,7 @@ def test_a_sweep_looks_at_the_mode_that_an_even_one_passes_by():
     rig = load_rig("jack-10t")
     plant = build(rig)
     engine, rest, law = Engine(plant), equilibrium(plant), P(P.Design(gain=0.24), 1e-3)
-    poles = closed_poles(plant_response(plant, rest, 1e-3), law)
+    poles = closed_poles(sampled_lane(plant, rest, 1e-3), law)
     f = sweep_frequencies(0.1, 50.0, 20, 1e-3, poles)
     assert np.allclose(np.round(1 / (f * 1e-3)) * 1e-3, 1 / f)  # whole samples
     sweep = closed_loop_sweep(engine, rig, lambda: P(P.Design(gain=0.24), 1e-3), rest, f, 2.4e-3)

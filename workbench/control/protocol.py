@@ -84,7 +84,7 @@ def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> An
     """What a method `linear` returns; raises NoLinearView for one that is not written, InputError where it fails."""
     name = type(controller).__name__
     try:
-        return as_state_space(linear(*arguments))
+        view = linear(*arguments)
     except InputError:
         raise
     except NotImplementedError:  # a class of the user's own says so in the way Python has for it
@@ -93,6 +93,10 @@ def _seen(controller: Controller, linear: Any, arguments: tuple[Any, ...]) -> An
         raise InputError(
             f"{name}.linear: {type(error).__name__}: {error}; return a state space, or leave the method out"
         ) from error
+    try:
+        return as_state_space(view)
+    except InputError as error:
+        raise InputError(f"{name}.linear: {error}, or leave the method out") from None
 
 
 class NoLinearView(InputError):

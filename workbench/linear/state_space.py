@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.errors import InputError
+from ..base.numbers import sampling_period
+
 if TYPE_CHECKING:
     import control
 
@@ -80,11 +83,16 @@ def transposed(system: StateSpace) -> StateSpace:
 
 
 def as_state_space(system: "StateSpace | control.StateSpace") -> StateSpace:
-    """A python-control system as a StateSpace; a StateSpace as it is."""
+    """A python-control system as a StateSpace; a StateSpace as it is.
+
+    Raises InputError for what is no state space, and for one that is sampled at a period that it does not say.
+    """
     if isinstance(system, StateSpace):
         return system
+    if not all(hasattr(system, name) for name in "ABCD"):
+        raise InputError(f"{type(system).__name__} is no state space; give a control.StateSpace")
     a, b, c, d = (np.asarray(part, dtype=float) for part in (system.A, system.B, system.C, system.D))
-    return StateSpace(a, b, c, d, float(system.dt or 0.0), list(system.input_labels), list(system.output_labels))
+    return StateSpace(a, b, c, d, sampling_period(system), list(system.input_labels), list(system.output_labels))
 
 
 def of_sum(system: StateSpace, weights: Mapping[str, float]) -> StateSpace:

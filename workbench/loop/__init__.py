@@ -10,7 +10,7 @@ scenarios, reach          what a loop is asked for, and whether a rig can do it
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
 rig_variations, knowledge, conditions    on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
-plant_response, margins   a sampled plant's response; poles, sensitivity and margins of loops on it
+sampled_lanes, open_loops, margins    sampled plants, one or many; loops on them over frequency; their poles and margins
 limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows;
                           limit_task is what both share
 rig_spread                the rows of a controller over a set of rigs: least, most, and where it fails
@@ -19,7 +19,7 @@ describing_function, sine_points, sine_margins    closed-loop frequency response
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
 compute_time              how long a controller computes
-batch, lane_metrics, lane_laws, lane_margins    loops of laws on many plants at once
+batch, lane_metrics, lane_laws    loops of laws on many plants at once
 learning, repeated_record    a drive file learned by repeating a record
 lane_learning, repeated_lanes    the same on many plants at once
 sines                     amplitude, phase and harmonics of sines; the controller that corrects them

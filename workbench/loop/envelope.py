@@ -13,9 +13,9 @@ from ..linear import Equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
 from .batch import play_lanes
-from .lane_margins import LaneMargins
 from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
+from .margins import LaneMargins
 from .plant_lanes import PlantLanes, drawn_evenly, joined, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario

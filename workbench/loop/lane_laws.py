@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..control.protocol import Controller, NeedsOperatingPoint, graph_law, linear_view
-from ..engine import Engine
-from ..linear.equilibria import Equilibria
-from ..linear.state_space import StateSpace, sampled_response, state_space
+from ..linear.state_space import StateSpace, state_space
+from .sampled_lanes import LaneResponse
 
 _SAME = 1e-9  # of the largest entry: dynamics that differ by rounding only are the same in all lanes
 
@@ -34,11 +34,6 @@ class LawLanes:
         a, b, c, d = view.matrices
         return cls(a[None], b[None], c, d, tuple(view.input_labels[1:]), True)
 
-    def some(self, lanes: np.ndarray) -> "LawLanes":
-        """Those of some lanes."""
-        a, b, c, d = (part if len(part) == 1 else part[lanes] for part in (self.a, self.b, self.c, self.d))
-        return LawLanes(a, b, c, d, self.measures)
-
     def of_loop(self) -> "LawLanes":
         """Without states that are no part of a loop, and with dynamics that are alike only once."""
         if self.everywhere:
@@ -53,27 +48,10 @@ class LawLanes:
         a, b, c, d = (part[lane if len(part) > 1 else 0] for part in (self.a, self.b, self.c, self.d))
         return state_space(a, b, c[None], d, period, ["reference", *self.measures], ["command"])
 
-    def gains(self, z: np.ndarray) -> np.ndarray:
-        """Responses of the command to what is measured at z [k], or at a lane's own z [lanes, k]: [lanes, m, k]."""
-        if len(self.a) == 1:
-            n = self.a.shape[1]
-            states = StateSpace(self.a[0], self.b[0], np.eye(n), np.zeros_like(self.b[0]))
-            inside = sampled_response(states, z.ravel())[:, 1:]
-            if z.ndim == 1:
-                return np.tensordot(self.c, inside, 1) + self.d[:, 1:, None]
-            inside = inside.reshape(*inside.shape[:2], *z.shape)
-            return np.einsum("ln,nmlk->lmk", np.broadcast_to(self.c, (len(z), n)), inside) + self.d[:, 1:, None]
-        at = np.broadcast_to(z, (len(self.a), z.shape[-1]))[..., None, None]
-        inside = np.linalg.solve(at * np.eye(self.a.shape[1]) - self.a[:, None], self.b[:, None, :, 1:].astype(complex))
-        return np.einsum("ln,lknm->lmk", self.c, inside) + self.d[:, 1:, None]
-
-
-def signals_at(engine: Engine, points: Equilibria, p: np.ndarray) -> dict[str, np.ndarray]:
-    """The outputs, the command and the specimen's stiffness [lanes] of plants p [lanes, k], SI, by name."""
-    plant = engine.plant
-    outputs = engine.outputs(points.x[:, None], points.u[:, None], p[:, None])[:, 0]
-    stiffness = p[:, plant.parameters.index("ks")] if "ks" in plant.parameters else np.zeros(len(p))
-    return {**dict(zip(plant.outputs, outputs.T, strict=True)), "command": points.u[:, 0], "stiffness": stiffness}
+    @cached_property
+    def response(self) -> LaneResponse:
+        """From what is measured to the command: [lanes, m, k] at z [lanes, k]."""
+        return LaneResponse.of(self.a.swapaxes(1, 2), self.c, self.b[:, :, 1:].swapaxes(1, 2), self.d[:, 1:])
 
 
 def lane_laws(

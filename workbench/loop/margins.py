@@ -1,23 +1,50 @@
-"""The sampled loop, linearised: closed loop, sensitivity and margins, or the plain word that it is unstable."""
+"""Sampled loops, linearised, in lanes: closed loop, sensitivity and margins, or the plain word that one is unstable."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from ..base.gain_phase import gain_db
-from ..control.protocol import Controller, linear_view
+from ..control.protocol import Controller
 from ..linear import Equilibrium
-from ..linear.crossings import crossings
-from ..linear.state_space import StateSpace, schur_form, transposed
+from ..linear.state_space import StateSpace, sampled_response
 from ..plant import Plant
-from .plant_response import PlantResponse, near, plant_response
+from .lane_laws import LawLanes, lane_views
+from .open_loops import OpenLoops, near, opened, unit_circle
+from .sampled_lanes import LaneResponse, SampledLanes, sampled_lane
 
 STABLE = 1 - 1e-9  # |z| of every pole of a stable loop is below this
-_ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
 
 Source = Literal["linear", "sine", "none"]  # of margins: the linear loop, sines on the simulated one, or there are none
+
+
+@dataclass(frozen=True)
+class LaneMargins:
+    """Largest |z| of the poles [lanes]; Ms [1], gain margin [dB] and phase margin [deg] in either direction.
+
+    An unstable loop has NaN for all three, and a loop without such a crossing for a margin.
+    """
+
+    radius: np.ndarray
+    ms: np.ndarray
+    gain_margin_db: np.ndarray
+    phase_margin_deg: np.ndarray
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Bool [lanes]."""
+        return self.radius < STABLE
+
+    def where(self, ok: np.ndarray, radius: float) -> "LaneMargins":
+        """Those of the lanes that are `ok`, the others being unstable with a `radius`."""
+        columns = (self.ms, self.gain_margin_db, self.phase_margin_deg)
+        return LaneMargins(np.where(ok, self.radius, radius), *(np.where(ok, column, np.nan) for column in columns))
+
+    def some(self, lanes: np.ndarray) -> "LaneMargins":
+        """Those of some lanes."""
+        columns = (self.radius, self.ms, self.gain_margin_db, self.phase_margin_deg)
+        return LaneMargins(*(column[lanes] for column in columns))
 
 
 @dataclass(frozen=True)
@@ -25,8 +52,9 @@ class LinearLoop:
     """A linearised sampled loop over f [k] in Hz up to the Nyquist frequency, closest where it crosses or resonates.
 
     `closed` is reference -> controlled signal, `sensitivity` 1/(1 + L) at the command. An unstable loop has no margins:
-    its gain and phase margin, Ms, closed loop and sensitivity are None. `margins` says where they come from: sines
-    give no closed loop, and where they give no margins, whether the loop is stable may be None too.
+    its gain and phase margin, Ms, closed loop and sensitivity are None. Margins count from 0 Hz to the Nyquist
+    frequency, both included; a gain margin above 120 dB is none. `margins` says where they come from: sines give no
+    closed loop, and where they give no margins, whether the loop is stable may be None too.
     """
 
     stable: bool | None
@@ -40,6 +68,65 @@ class LinearLoop:
     margins: Source = "linear"
 
 
+@dataclass(frozen=True)
+class LoopLanes:
+    """Loops of laws (`lane_laws`) on sampled plants, in lanes."""
+
+    plants: SampledLanes
+    law: LawLanes
+
+    @cached_property
+    def poles(self) -> np.ndarray:
+        """Of each loop's own matrix, z [lanes, n]; what is measured has not heard of this sample's command yet."""
+        plants, law = self.plants, self.law
+        c = plants.c[:, self._rows]
+        u_x, u_w = law.d[:, None, 1:] @ c, np.broadcast_to(law.c[:, None], (len(c), 1, law.c.shape[1]))
+        w_x, w_w = law.b[:, :, 1:] @ c, np.broadcast_to(law.a, (len(c), *law.a.shape[1:]))
+        top = np.concatenate((plants.a + plants.b @ u_x, plants.b @ u_w), axis=2)
+        bottom = np.concatenate((w_x, w_w), axis=2)
+        return np.linalg.eigvals(np.concatenate((top, bottom), axis=1)).astype(complex)
+
+    def margins(self, opened: OpenLoops | None = None) -> LaneMargins:
+        """Poles and margins of all, of their loops where these are `opened` already; an unstable one needs none."""
+        radius = np.abs(self.poles).max(axis=1)
+        stable = np.flatnonzero(radius < STABLE)
+        columns = np.full((3, len(radius)), np.nan)
+        if opened is not None:
+            columns[:, stable] = opened.margins[:, stable]
+        elif stable.size:
+            columns[:, stable] = self.opened(stable).margins
+        return LaneMargins(radius, *columns)
+
+    def at(self, lanes: np.ndarray, f: np.ndarray) -> np.ndarray:
+        """The loops of lanes [n], broken at the command, complex [n, k] at frequencies [n, k] or [1, k] in Hz."""
+        z = unit_circle(f, self.plants.period)
+        return -np.sum(self.law.response.some(lanes).at(z) * self._measured.some(lanes).at(z), axis=1)
+
+    def opened(self, lanes: np.ndarray) -> OpenLoops:
+        """The loops of some lanes [n], close where the plant, the law or the closed loop resonates."""
+        even, count = self.plants.f[None], len(lanes)
+        law = self.law.response.some(lanes)
+        known = -np.sum(
+            law.at(unit_circle(even, self.plants.period)) * self.plants.on_grid[lanes][:, self._rows], axis=1
+        )
+        own = np.broadcast_to(law.modes, (count, law.modes.shape[1]))
+        poles = np.concatenate((self.poles[lanes], self._measured.modes[lanes], own), axis=1)
+        further = near(poles, self.plants.period)
+        f = np.concatenate((np.repeat(even, count, axis=0), further), axis=1)
+        loop = np.concatenate((known, self.at(lanes, further)), axis=1)
+        order = np.argsort(f, axis=1, kind="stable")
+        f, loop = (np.take_along_axis(part, order, axis=1) for part in (f, loop))
+        return opened(lambda some, between: self.at(lanes[some], between), f, loop)
+
+    @cached_property
+    def _measured(self) -> LaneResponse:
+        return self.plants.response.of_outputs(self._rows)
+
+    @property
+    def _rows(self) -> list[int]:
+        return self.plants.rows(self.law.measures)
+
+
 def linear_loop(
     plant: Plant, about: Equilibrium, controller: Controller, period: float, p: np.ndarray | None = None
 ) -> LinearLoop:
@@ -47,93 +134,36 @@ def linear_loop(
 
     A delay of the plant's command counts, exactly. For several designs on one plant, see `linear_loop_on`.
     """
-    return linear_loop_on(plant_response(plant, about, period, p), controller)
+    return linear_loop_on(sampled_lane(plant, about, period, p), controller)
 
 
-def linear_loop_on(sampled: PlantResponse, controller: Controller) -> LinearLoop:
-    """Close a controller's linear view on a `plant_response`: several designs share what is the plant's."""
-    law = linear_view(controller, sampled.signals)
-    poles, form, rows = _poles(sampled, law), schur_form(transposed(law)), sampled.rows(law.input_labels[1:])
-
-    def with_law(z: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """Open loop, and reference -> controlled signal without the loop, [2, k]."""
-        gains = form.outputs(form.states(z))[:, 0]
-        return np.stack((-np.sum(gains[1:] * measured, axis=0), gains[0] * measured[0]))
-
-    def responses(f: np.ndarray) -> np.ndarray:
-        z = np.exp(2j * np.pi * f * sampled.period)
-        return with_law(z, sampled.at(z, rows))
-
-    further = near(poles, sampled.period)
-    f, first = np.unique(np.append(sampled.f, further), return_index=True)
-    values = np.hstack((with_law(sampled.z, sampled.on_grid[rows]), responses(further)))[:, first]
-    f, (loop, forward) = refined(responses, f, values, _ROUNDS, _INSIDE)
-    if not np.abs(poles).max() < STABLE:
-        return LinearLoop(False, f, loop, None, None, None, None, None)
-    closed = with_margins(f, loop, "linear")
-    return replace(closed, closed=forward * closed.sensitivity)
+def linear_loop_on(plant: SampledLanes, controller: Controller) -> LinearLoop:
+    """Close a controller's linear view on a `sampled_lane`: several designs share what is the plant's."""
+    view = lane_views(controller, plant.signals)
+    loops = LoopLanes(plant, view.of_loop())
+    stable = bool(np.abs(loops.poles).max() < STABLE)
+    loop = with_margins(loops.opened(np.zeros(1, int)), stable, "linear")
+    if not stable:
+        return loop
+    return replace(loop, closed=closed_response(plant, view.view(0, plant.period), loop.f, loop.open))
 
 
-def with_margins(f: np.ndarray, loop: np.ndarray, margins: Source) -> LinearLoop:
-    """A stable loop by its open loop [k], complex, at f [k] in Hz up to Nyquist's, without a closed one."""
-    sensitivity = 1 / (1 + loop)
-    gain, phase = _gain_margin(loop), _phase_margin(loop)
-    return LinearLoop(True, f, loop, None, sensitivity, gain, phase, float(np.abs(sensitivity).max()), margins)
+def closed_response(plants: SampledLanes, law: StateSpace, f: np.ndarray, loop: np.ndarray) -> np.ndarray:
+    """Reference -> controlled signal [k] of the first lane under a law, whose open loop [k] at f [k] in Hz is known."""
+    z, controlled = unit_circle(f, plants.period), plants.rows(law.input_labels[1:2])
+    forward = plants.response.of_outputs(controlled).some(np.zeros(1, int)).at(z[None])[0, 0]
+    return sampled_response(law, z)[0, 0] * forward / (1 + loop)
 
 
-def closed_poles(sampled: PlantResponse, controller: Controller) -> np.ndarray:
+def with_margins(opened: OpenLoops, stable: bool, margins: Source) -> LinearLoop:
+    """The first lane of open loops, without a closed one."""
+    f, loop = opened.curve(0)
+    if not stable:
+        return LinearLoop(False, f, loop, None, None, None, None, None, margins)
+    ms, gain, phase = (None if np.isnan(number) else float(number) for number in opened.margins[:, 0])
+    return LinearLoop(True, f, loop, None, 1 / (1 + loop), gain, phase, ms, margins)
+
+
+def closed_poles(plant: SampledLanes, controller: Controller) -> np.ndarray:
     """Poles z [k] of the loop that `linear_loop_on` closes, without the time that its margins take."""
-    return _poles(sampled, linear_view(controller, sampled.signals))
-
-
-def _poles(sampled: PlantResponse, law: StateSpace) -> np.ndarray:
-    """Of the closed loop's own matrix; what is measured has not heard of this sample's command yet."""
-    a, b = sampled.model.A, sampled.model.B
-    c = sampled.model.C[sampled.rows(law.input_labels[1:])]
-    closed = np.block([[a + b @ (law.D[:, 1:] @ c), b @ law.C], [law.B[:, 1:] @ c, law.A]])
-    return np.linalg.eigvals(closed).astype(complex)
-
-
-def refined(
-    responses: Callable[[np.ndarray], np.ndarray], f: np.ndarray, values: np.ndarray, rounds: int, inside: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The grid f [k] with more points where the loop, values[0], crosses unit gain or the real axis, and about peaks.
-
-    Each round splits such intervals by `inside` points; `responses` gives values [.., n] at n further frequencies.
-    """
-    part = np.arange(1, inside + 1) / (inside + 1)
-    for _ in range(rounds):
-        split = _eventful(values[0])
-        more = (f[split, None] * (f[split + 1] / f[split])[:, None] ** part).ravel()
-        f, values = np.append(f, more), np.hstack((values, responses(more)))
-        order = np.argsort(f, kind="stable")  # quick: two sorted parts
-        f, values = f[order], values[:, order]
-    return f, values
-
-
-def _eventful(loop: np.ndarray) -> np.ndarray:
-    """Intervals [n] of [k] in which the loop crosses unit gain or the real axis, and both beside extremes of |L| and
-    |1 + L|."""
-    size = np.abs((loop, 1 + loop))
-    rises = np.diff(size) >= 0
-    turns = (rises[:, 1:] != rises[:, :-1]).any(axis=0)
-    large, upper = size[0] >= 1, np.imag(loop) >= 0
-    events = (large[1:] != large[:-1]) | (upper[1:] != upper[:-1])
-    events[:-1] |= turns
-    events[1:] |= turns
-    return np.flatnonzero(events)
-
-
-def _gain_margin(loop: np.ndarray) -> float | None:
-    """Least gain margin [dB] in either direction; the last value is at the Nyquist frequency, on the real axis."""
-    real = np.real(loop)
-    i, part = crossings(np.imag(loop))
-    real = np.append(real[i] + part * (real[i + 1] - real[i]), real[-1])
-    return min(np.abs(gain_db(real[real < 0])).tolist(), default=None)
-
-
-def _phase_margin(loop: np.ndarray) -> float | None:
-    """Least phase margin [deg] in either direction."""
-    i, part = crossings(np.log(np.abs(loop)))
-    at = loop[i] + part * (loop[i + 1] - loop[i])
-    return min(np.abs(np.degrees(np.angle(-at))).tolist(), default=None)
+    return LoopLanes(plant, lane_views(controller, plant.signals).of_loop()).poles[0]

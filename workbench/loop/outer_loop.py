@@ -5,16 +5,15 @@ import numpy as np
 from ..base.errors import InputError, nearest
 from ..control.protocol import Controller, linear_view
 from ..linear.interconnect import feedback, select, series
-from ..linear.state_space import StateSpace, modal_form
+from ..linear.state_space import StateSpace
 from .designed_inverse import ReferenceInverse
-from .margins import STABLE, LinearLoop, refined, with_margins
-from .plant_response import PlantResponse, near
-
-_ROUNDS, _INSIDE = 3, 7  # each splits the intervals of crossings and peaks by so many points
+from .margins import STABLE, LinearLoop, with_margins
+from .open_loops import near, opened, unit_circle
+from .sampled_lanes import LaneResponse, SampledLanes
 
 
 def outer_loop(
-    sampled: PlantResponse, controller: Controller, outer: StateSpace, inverse: ReferenceInverse | None = None
+    sampled: SampledLanes, controller: Controller, outer: StateSpace, inverse: ReferenceInverse | None = None
 ) -> LinearLoop:
     """The loop of a controller on a plant, opened at the reference: r = H(z) G(z) y.
 
@@ -25,27 +24,25 @@ def outer_loop(
     Raises InputError for a G of other signals or of another period.
     """
     _check(outer, sampled)
-    law = linear_view(controller, sampled.signals)
+    law = linear_view(controller, sampled.point)
     signals = list(dict.fromkeys((*law.input_labels[1:], *outer.input_labels)))
     inner = feedback(select(sampled.model, ["command"], signals), law)
     through = outer if inverse is None else series(outer, inverse.law)
     inner = select(inner, ["reference"], list(through.input_labels))
     both = feedback(inner, through).poles()
-    once = modal_form(select(series(inner, through), ["reference"], ["reference"]))
+    once = select(series(inner, through), ["reference"], ["reference"])
+    response = LaneResponse.of(once.A[None], once.B[None, :, 0], once.C[None], once.D[None, :, 0])
 
-    def opened(f: np.ndarray) -> np.ndarray:
-        z = np.exp(2j * np.pi * f * sampled.period)
-        return -once.outputs(once.states(z))[:, 0]
+    def at(_lanes: np.ndarray, f: np.ndarray) -> np.ndarray:
+        return -response.at(unit_circle(f, sampled.period))[:, 0]
 
-    f = np.unique(np.append(sampled.f, near(np.append(both, inner.poles()), sampled.period)))
-    f, (loop,) = refined(opened, f, opened(f), _ROUNDS, _INSIDE)
-    if not np.abs(both).max() < STABLE:
-        return LinearLoop(False, f, loop, None, None, None, None, None)
-    return with_margins(f, loop, "linear")
+    poles = np.concatenate((both, inner.poles(), sampled.response.modes[0]))
+    f = np.sort(np.append(sampled.f, near(poles[None], sampled.period)))[None]
+    return with_margins(opened(at, f, at(np.zeros(1, int), f)), bool(np.abs(both).max() < STABLE), "linear")
 
 
-def _check(outer: StateSpace, sampled: PlantResponse) -> None:
-    known = sampled.model.output_labels
+def _check(outer: StateSpace, sampled: SampledLanes) -> None:
+    known = sampled.measures
     if unknown := [name for name in outer.input_labels if name not in known]:
         raise InputError(f'outer loop: no signal "{unknown[0]}"; {nearest(unknown[0], known)}')
     if outer.output_labels != ["reference"]:

@@ -10,29 +10,26 @@ from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
 from ..linear.operating_point import far_end
-from ..linear.state_space import sampled_response
 from ..plant import Plant
 from ..plant.effects import numbers_of
 from ..rigs.rig import Rig
-from .lane_laws import LawLanes, lane_laws, lane_views, signals_at
-from .lane_margins import LaneMargins, SampledLanes, lane_margins, open_loops, sampled_lanes
-from .plant_response import near
+from .lane_laws import lane_laws, lane_views
+from .margins import LaneMargins, LoopLanes, closed_response
+from .sampled_lanes import SampledLanes, sampled_lanes
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
-_LOWEST, _EVEN = 0.1, 240  # Hz, and how many frequencies up to Nyquist's
-_LIGHT, _TINY = 0.15, 1e-300  # damping below which a resonance is sharp
 _WIDE = 5.0  # high over low: from there on a range is one of orders of magnitude
 
 
 @dataclass(frozen=True)
 class LinearLanes:
-    """Margins [lanes] at null and moving; over f [k] in Hz at null, complex, the loops broken at the command [lanes, k]
-    and reference -> controlled signal of the first lane [k], which of an unstable loop none can see."""
+    """Margins [lanes] at null and moving; at null each lane's frequencies [k] in Hz and its loop there, broken at the
+    command, and over those of the first lane reference -> controlled signal [k], which of an unstable loop none can
+    see."""
 
     null: LaneMargins
     moving: LaneMargins
-    f: np.ndarray
-    open: np.ndarray
+    curves: list[tuple[np.ndarray, np.ndarray]]
     closed: np.ndarray
 
 
@@ -58,46 +55,26 @@ class PlantLanes:
 
         `remembered` [lanes, m]: what it has in its memory. Raises InputError where the controller has no linear view.
         """
-
-        def law(points: Equilibria) -> LawLanes:
-            return lane_laws(controller, signals_at(self.engine, points, self._smooth), remembered)
-
         null, moving = (
-            lane_margins(sampled, law(points)).where(points.ok, _NONE)
+            LoopLanes(sampled, lane_laws(controller, sampled.signals, remembered)).margins().where(points.ok, _NONE)
             for sampled, points in zip(self._sampled, (self.null, self.moving), strict=True)
         )
         return null, moving
 
     def open_loops(self, controller: Controller, f: np.ndarray) -> np.ndarray:
         """At null, broken at the command: loops [lanes, k] at frequencies [k], Hz. Raises InputError as `margins`."""
-        law = lane_laws(controller, signals_at(self.engine, self.null, self._smooth))
-        return open_loops(self._sampled[0], law, f)
+        null = self._sampled[0]
+        return LoopLanes(null, lane_laws(controller, null.signals)).at(np.arange(len(self.p)), f[None])
 
     def linear(self, controller: Controller) -> "LinearLanes":
-        """Margins as `margins` has them, and responses at null over `frequencies`. Raises InputError as `margins`."""
-        views = [lane_views(controller, signals_at(self.engine, at, self._smooth)) for at in (self.null, self.moving)]
-        laws = [view.of_loop() for view in views]
-        null, moving = (
-            lane_margins(sampled, law).where(points.ok, _NONE)
-            for sampled, law, points in zip(self._sampled, laws, (self.null, self.moving), strict=True)
-        )
-        f, measures, period = self.frequencies, self._sampled[0].measures, self.rig.period.value
-        measured = self._responses[:, [measures.index(name) for name in laws[0].measures]]
-        z = np.exp(2j * np.pi * f * period)
-        loops = -np.sum(laws[0].gains(z) * measured, axis=1)
-        gains = sampled_response(views[0].view(0, period), z)[0]
-        return LinearLanes(null, moving, f, loops, gains[0] * measured[0, 0] / (1 + loops[0]))
-
-    @cached_property
-    def frequencies(self) -> np.ndarray:
-        """From 0.1 Hz to Nyquist's [k], even on a logarithmic axis, and dense where plants at null resonate sharply."""
-        modes = self._sampled[0].modal.modes.ravel()
-        light = modes[np.abs(np.log(np.abs(modes) + _TINY)) < _LIGHT * np.abs(np.angle(modes))]
-        return np.union1d(np.geomspace(_LOWEST, self.rig.nyquist, _EVEN), near(light, self.rig.period.value))
-
-    @cached_property
-    def _responses(self) -> np.ndarray:
-        return self._sampled[0].modal.at(np.exp(2j * np.pi * self.frequencies * self.rig.period.value))
+        """Margins as `margins` has them, and responses at null. Raises InputError as `margins`."""
+        views = [lane_views(controller, sampled.signals) for sampled in self._sampled]
+        null, moving = (LoopLanes(sampled, view.of_loop()) for sampled, view in zip(self._sampled, views, strict=True))
+        opened = null.opened(np.arange(len(self.p)))
+        curves = [opened.curve(lane) for lane in range(len(self.p))]
+        closed = closed_response(self._sampled[0], views[0].view(0, self.rig.period.value), *curves[0])
+        margins = null.margins(opened).where(self.null.ok, _NONE), moving.margins().where(self.moving.ok, _NONE)
+        return LinearLanes(*margins, curves, closed)
 
     def some(self, lanes: Sequence[int]) -> "PlantLanes":
         """Some of them."""
@@ -107,15 +84,12 @@ class PlantLanes:
         return PlantLanes(self.rig, self.engine, names, self.p[index], self.position[index], null, moving)
 
     @cached_property
-    def _smooth(self) -> np.ndarray:
-        return self.engine.plant.without_dry_friction(self.p)
-
-    @cached_property
     def _sampled(self) -> tuple[SampledLanes, SampledLanes]:
         """Linearised at both points, from the command to every sensor."""
         plant, period = self.engine.plant, self.rig.period.value
         measures = tuple(name for name in plant.outputs if name in self.rig.sensors)
-        null, moving = (sampled_lanes(plant, at, self._smooth, measures, period) for at in (self.null, self.moving))
+        smooth = plant.without_dry_friction(self.p)
+        null, moving = (sampled_lanes(plant, at, smooth, measures, period) for at in (self.null, self.moving))
         return null, moving
 
 

@@ -19,7 +19,7 @@ from ..plant import build
 from ..rigs.rig import MOVING, Rig
 from . import step_metrics as metrics
 from .margins import LinearLoop, Source, linear_loop_on
-from .plant_response import PlantResponse, plant_response
+from .sampled_lanes import SampledLanes, sampled_lane
 from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
 from .sensors import check_sensors, settling_band
@@ -57,9 +57,9 @@ class LoopSetup:
         return {}
 
     @cached_property
-    def null_plant(self) -> PlantResponse:
+    def null_plant(self) -> SampledLanes:
         """The plant at null without dry friction, as linear loops of every design have it."""
-        return plant_response(self.engine.plant, self.null_smooth, self.rig.period.value, self.smooth)
+        return sampled_lane(self.engine.plant, self.null_smooth, self.rig.period.value, self.smooth)
 
     @cached_property
     def smooth_engine(self) -> Engine:
@@ -67,9 +67,9 @@ class LoopSetup:
         return Engine(replace(self.engine.plant, p=self.smooth), SINE_TOLERANCE)
 
     @cached_property
-    def moving_plant(self) -> PlantResponse:
+    def moving_plant(self) -> SampledLanes:
         """The same moving."""
-        return plant_response(self.engine.plant, self.moving, self.rig.period.value, self.smooth)
+        return sampled_lane(self.engine.plant, self.moving, self.rig.period.value, self.smooth)
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,15 @@ from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear import Equilibrium
 from ..rigs.rig import Rig
-from .margins import LinearLoop, refined, with_margins
+from .margins import LinearLoop, with_margins
+from .open_loops import opened
 from .sampled_loop import SampledLoop
 
 _AMPLITUDE = 5e-6  # of full command: well inside of a lap
 SINE_TOLERANCE = 1e-8  # of the simulation, for so small a motion
 _BLOCK = 0.2  # s: blocks of whole cycles last at least about this
 _CYCLES = 4.0  # of the lowest frequency in the longest time
-_POINTS, _ROUNDS, _INSIDE = 40, 4, 1  # of the grid of frequencies; rounds that split intervals where something happens
+_POINTS, _ROUNDS, _INSIDE = 40, 3, 3  # of the grid of frequencies; rounds that split intervals where something happens
 _LINEAR = 0.03  # of the sensitivity's peak: as much may it change with a third of the amplitude
 _PUSH, _GONE = 10, 1e-3  # samples of a push; what is left of its answer that is no oscillation
 _LIMITED = 1e-12  # of the command: more is no rounding
@@ -51,13 +52,14 @@ class SineTest:
         try:
             if not self._decays():
                 return replace(WITHOUT_MARGINS, stable=False)
-            f, (loop, *_) = refined(self._responses, f, self._responses(f), _ROUNDS, _INSIDE)
-            peak = int(np.argmin(np.abs(1 + loop)))
-            smaller = self._response(*self._whole(f[peak]), _AMPLITUDE / 3)
+            loops = opened(self._responses, f[None], self._responses(np.zeros(1, int), f[None]), _ROUNDS, _INSIDE)
+            loop = with_margins(loops, stable=True, margins="sine")
+            peak = int(np.argmin(np.abs(1 + loop.open)))
+            smaller = self._response(*self._whole(loop.f[peak]), _AMPLITUDE / 3)
         except _NoMargins:
             return WITHOUT_MARGINS
-        proportional = abs((1 + loop[peak]) / (1 + smaller) - 1) < _LINEAR
-        return with_margins(f, loop, "sine") if proportional else WITHOUT_MARGINS
+        proportional = abs((1 + loop.open[peak]) / (1 + smaller) - 1) < _LINEAR
+        return loop if proportional else WITHOUT_MARGINS
 
     def _decays(self) -> bool:
         """Whether a push of the command dies away, in the first half of the longest time."""
@@ -68,10 +70,17 @@ class SineTest:
         _, second, _, last = (np.std(part) for part in np.array_split(answer, 4))
         return bool(last <= max(second, _GONE * np.abs(answer).max()))
 
-    def _responses(self, f: np.ndarray) -> np.ndarray:
-        points = [self._whole(each) for each in f]
-        measured = {point: self._response(*point, _AMPLITUDE) for point in dict.fromkeys(points)}
-        return np.array([[measured[point] for point in points]])
+    def _responses(self, _lanes: np.ndarray, f: np.ndarray) -> np.ndarray:
+        """L at frequencies [n, k] in Hz, each measured once."""
+        points = [self._whole(each) for each in f.ravel()]
+        for point in points:
+            if point not in self._measured:
+                self._measured[point] = self._response(*point, _AMPLITUDE)
+        return np.array([self._measured[point] for point in points]).reshape(f.shape)
+
+    @cached_property
+    def _measured(self) -> dict[tuple[int, int], complex]:
+        return {}
 
     def _whole(self, f: float) -> tuple[int, int]:
         """Cycles and samples of a block, the nearest to f [Hz]."""

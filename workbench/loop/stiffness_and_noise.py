@@ -24,7 +24,7 @@ def dynamic_stiffness(spec: ControllerSpec, setup: LoopSetup, f: np.ndarray) -> 
     commanded = sampled_response(sampled_plant(plant, setup.null_smooth, period, names, setup.smooth), z)[:, 0]
     pushed = linear_plant(plant, setup.null_smooth, ("disturbance",), names, setup.smooth)
     disturbed = pushed(2j * np.pi * f, squeeze=False)[:, 0]
-    gains = sampled_response(linear_view(controller, setup.null_plant.signals), z)[0, 1:]
+    gains = sampled_response(linear_view(controller, setup.null_plant.point), z)[0, 1:]
     command = np.sum(gains * disturbed[:count], axis=0) / (1 - np.sum(gains * commanded[:count], axis=0))
     return -1 / (disturbed[i] + commanded[i] * command)  # a disturbance acts against positive motion
 
@@ -39,7 +39,7 @@ def command_noise(spec: ControllerSpec, setup: LoopSetup, loop: LinearLoop) -> f
         return None
     period = setup.rig.period.value
     controller = spec.build(period)
-    law = linear_view(controller, setup.null_plant.signals)
+    law = linear_view(controller, setup.null_plant.point)
     gains = sampled_response(law, np.exp(2j * np.pi * loop.f * period))[0, 1:]
     sensors = [setup.rig.sensors[name] for name in controller.measures]
     variance = np.array([sensor.noise**2 + sensor.resolution**2 / 12 for sensor in sensors])

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.numbers import sampling_period
 from ..base.table import Table
 from .linear_file import read_linear_rig
 from .linear_rig import LinearRig
@@ -58,18 +59,20 @@ def linear_plant(
 
 def _model(system: Any) -> dict[str, Any]:
     """The table of a model."""
-    if (inputs := getattr(system, "ninputs", None), getattr(system, "noutputs", None)) != (1, 1):
-        if inputs is None:
-            raise InputError("linear_plant: give a control.StateSpace or a control.TransferFunction")
+    if not (hasattr(system, "A") or hasattr(system, "num")):  # such as a frequency response, or a nonlinear one
+        kind = type(system).__name__
+        raise InputError(f"linear_plant: give a control.StateSpace or a control.TransferFunction, no {kind}")
+    if (system.ninputs, system.noutputs) != (1, 1):
         raise InputError("linear_plant: give a system with one input, the command, and one output, the position")
-    if hasattr(system, "num") and not system.dt:
+    period = sampling_period(system)
+    if hasattr(system, "num") and not period:
         numerator, denominator = (np.trim_zeros(np.ravel(part[0][0]), "f") for part in (system.num, system.den))
         return {"transfer_function": {"numerator": numerator.tolist(), "denominator": denominator.tolist()}}
     if not hasattr(system, "A"):
         import control
 
         system = control.ss(system)
-    sampled = {"period": _text(float(system.dt), "s")} if system.dt else {}
+    sampled = {"period": _text(period, "s")} if period else {}
     matrices = {key: np.asarray(getattr(system, key), float).tolist() for key in "ABCD"}
     return {"state_space": {**matrices, **sampled}}
 

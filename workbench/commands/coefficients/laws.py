@@ -8,7 +8,7 @@ from ...control.export import Coefficients, coefficients
 from ...control.export.program import Program, program_of
 from ...control.protocol import Controller
 from ...linear import Equilibrium, equilibrium
-from ...loop.plant_response import plant_response
+from ...loop.sampled_lanes import sampled_lane
 from ...plant import Plant, build
 from ...rigs.rig import Rig
 from ..common.step_experiment import StepConfig
@@ -46,4 +46,4 @@ def mid_stroke(rig: Rig) -> tuple[Plant, Equilibrium, Mapping[str, float]]:
     plant = build(rig)
     smooth = plant.without_dry_friction()
     about = equilibrium(plant, p=smooth)
-    return plant, about, plant_response(plant, about, rig.period.value, smooth).signals
+    return plant, about, sampled_lane(plant, about, rig.period.value, smooth).point

@@ -12,6 +12,7 @@ from .after import AfterPart
 from .packed import number, packed
 from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words
 
+_LOWEST = 0.1  # Hz, of what is shown
 _FIRST, _EVEN = 250, 150  # points of a curve over time: its first samples, and over all of it
 _LEAST, _MOST, _LAST = -40.0, 30.0, -450.0  # dB and deg: what is drawn of an open loop
 
@@ -66,12 +67,14 @@ def _step_row(steps: StepPart, lane: int, signal: Signal) -> dict[str, Any]:
 
 def _responses(linear: LinearPart) -> dict[str, Any]:
     """Gains [dB] and phases [deg]."""
-    closed = np.full(len(linear.f), np.nan, complex) if linear.closed is None else linear.closed
+    f = linear.curves[0][0]
+    closed = np.full(len(f), np.nan, complex) if linear.closed is None else linear.closed
+    shown = f >= _LOWEST
     return {
-        "f": packed(linear.f),
-        "gain": packed(gain_db(closed)),
-        "phase": packed(phase_deg(closed)),
-        "open": [_open_loop(loop) for loop in linear.open],
+        "f": packed(f[shown]),
+        "gain": packed(gain_db(closed[shown])),
+        "phase": packed(phase_deg(closed[shown])),
+        "open": [_open_loop(loop[f >= _LOWEST]) for f, loop in linear.curves],
     }
 
 

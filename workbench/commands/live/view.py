@@ -13,8 +13,8 @@ from ...loop import step_metrics as metrics
 from ...loop.batch import play_lanes
 from ...loop.compiled_loop import compiled_law
 from ...loop.guard_numbers import trip_reason
-from ...loop.lane_margins import LaneMargins
 from ...loop.limits import Limits
+from ...loop.margins import LaneMargins
 from ...loop.plant_lanes import PlantLanes
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from ...loop.scenarios import Scenario
@@ -45,15 +45,14 @@ class Task:
 
 @dataclass(frozen=True)
 class LinearPart:
-    """Of linear loops: margins at null and moving, the worse of the two; open loops [lanes, k] and, of the nominal rig,
-    the closed one [k] at null over f [k] in Hz, None where it is unstable."""
+    """Of linear loops: margins at null and moving, the worse of the two; at null the frequencies [k] in Hz and the open
+    loop of each rig and, over those of the nominal one, its closed loop [k], None where it is unstable."""
 
     stable: np.ndarray
     ms: np.ndarray
     gain_margin_db: np.ndarray
     phase_margin_deg: np.ndarray
-    f: np.ndarray
-    open: np.ndarray
+    curves: list[tuple[np.ndarray, np.ndarray]]
     closed: np.ndarray | None
 
 
@@ -82,7 +81,7 @@ def linear_part(lanes: PlantLanes, controller: Controller) -> LinearPart | None:
     stable = null.stable & moving.stable & lanes.null.ok
     ms, gain_margin, phase_margin = (_worse(stable, null, moving, name, pick) for name, pick in _WORSE)
     closed = linear.closed if stable[0] else None
-    return LinearPart(stable, ms, gain_margin, phase_margin, linear.f, linear.open, closed)
+    return LinearPart(stable, ms, gain_margin, phase_margin, linear.curves, closed)
 
 
 _WORSE = (("ms", np.fmax), ("gain_margin_db", np.fmin), ("phase_margin_deg", np.fmin))

@@ -14,9 +14,8 @@ from ...linear import Equilibrium, equilibrium
 from ...linear.equilibria import equilibria
 from ...loop.batch import run_lanes
 from ...loop.lane_laws import LawLanes
-from ...loop.lane_margins import lane_margins, sampled_lanes
-from ...loop.margins import linear_loop, linear_loop_on
-from ...loop.plant_response import plant_response
+from ...loop.margins import LoopLanes, linear_loop, linear_loop_on
+from ...loop.sampled_lanes import sampled_lane, sampled_lanes
 from ...loop.sampled_loop import SampledLoop
 from ...plant import build
 from ...rigs.rig import Rig
@@ -86,14 +85,14 @@ def _batch(engine: Engine, rig: Rig, law: Law, reference: np.ndarray, position: 
 def _margins(engine: Engine, rig: Rig, rest: Equilibrium, spec: ControllerSpec) -> dict[str, float]:
     period, plant = rig.period.value, engine.plant
     controller = spec.build(period)
-    sampled = plant_response(plant, rest, period)
+    sampled = sampled_lane(plant, rest, period)
     times = {
         "cpu_ms": _cpu_ms(lambda: linear_loop_on(sampled, controller)),
         "cpu_ms_with_plant": _cpu_ms(lambda: linear_loop(plant, rest, controller, period)),
     }
     p = np.tile(plant.p, (LANES, 1))
     points, law = equilibria(plant, p), LawLanes.shared(linear_view(controller))
-    whole = _cpu_ms(lambda: lane_margins(sampled_lanes(plant, points, p, controller.measures, period), law))
+    whole = _cpu_ms(lambda: LoopLanes(sampled_lanes(plant, points, p, controller.measures, period), law).margins())
     return times | {"cpu_ms_in_lanes": whole / LANES}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.kept_columns import KeptColumns
 from ...control.controller_spec import ControllerSpec
-from ..lane_margins import LaneMargins
+from ..margins import LaneMargins
 from .linear_loops import Place, linear_row, of_place, places, worst_places
 from .problem import RobustnessProblem
 from .workers import linear_stage, steps_stage

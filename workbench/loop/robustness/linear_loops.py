@@ -9,8 +9,9 @@ import numpy as np
 from ...base.numbers import finite, quantile
 from ...control.protocol import Controller
 from ...linear.equilibria import Equilibria, moved
-from ..lane_laws import lane_laws, signals_at
-from ..lane_margins import LaneMargins, lane_margins, sampled_lanes
+from ..lane_laws import lane_laws
+from ..margins import LaneMargins, LoopLanes
+from ..sampled_lanes import sampled_lanes
 from .drawn_plants import POINTS, DrawnPlants
 from .problem import RobustnessProblem
 
@@ -120,8 +121,7 @@ def _chunks(
         if position is not None:  # a specimen is relaxed there too
             about = moved(plant, p, about, position, specimen_position=position)
         sampled = sampled_lanes(plant, about, p, measures, period)
-        at = signals_at(plants.engine, about, p)
         own = {name: law[lanes] if isinstance(law, Sequence) else law for name, law in controllers.items()}
         kept = None if remembered is None else remembered[lanes]
-        laws = {name: lane_laws(law, at, kept) for name, law in own.items()}
-        yield {name: lane_margins(sampled, law).where(about.ok, np.inf) for name, law in laws.items()}
+        laws = {name: lane_laws(law, sampled.signals, kept) for name, law in own.items()}
+        yield {name: LoopLanes(sampled, law).margins().where(about.ok, np.inf) for name, law in laws.items()}

@@ -12,8 +12,8 @@ from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller, graph_law
 from ..batch import Lanes, play_lanes
 from ..envelope import HUNTING
-from ..lane_margins import LaneMargins
 from ..lane_metrics import hunting_lanes, step_lanes
+from ..margins import LaneMargins
 from ..sensors import settling_band
 from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places, worst_places
