@@ -1,5 +1,6 @@
 """`jackbench live`: its answers are those of the loops themselves, and only its own page is answered."""
 
+import gc
 import http.client
 import json
 import signal
@@ -165,6 +166,65 @@ def test_an_unstable_loop_has_no_margins(session):
     assert np.isnan(floats(answer["linear"]["gain"])).all()
 
 
+def test_goals_are_met_by_all_rigs_and_what_none_asks_is_said(config):
+    lenient = replace(config.limits, ms_nominal=9.0, ms=9.0, gain_margin_db=0.0)
+    session = Session(replace(config, limits=lenient))
+    assert session.view(ASKED)["within"] == ("Within the goals on all 5 rigs: linear loops.", False)
+    answer = session.after(ASKED)
+    most = max(answer["rows"], key=lambda row: row["overshoot_percent"])
+    words, all_said = answer["within"]
+    assert answer["missed"] == []
+    assert words.startswith("Within the goals on all 5 rigs: linear loops and scenario")
+    assert f"at most {most['overshoot_percent']:.3g} % ({most['rig']})" in words
+    assert not all_said
+    strict = replace(lenient, overshoot_percent=most["overshoot_percent"] * 0.9)
+    missed = Session(replace(config, limits=strict)).after(ASKED)["missed"]
+    assert any(text.startswith("overshoot above") and most["rig"] in text for text in missed)
+
+
+def test_a_step_that_turns_round_says_so(session, at_rest):
+    turned = {at: session.view({**ASKED, "rig": {"position": at}})["steps"] for at in (-144, 0, 144)}
+    assert turned[144]["end"] == pytest.approx(-10)
+    assert turned[144]["turned"].startswith("-10 mm, towards mid stroke: the jack stands at +144 mm")
+    assert [turned[at]["turned"] for at in (-144, 0)] == ["", ""]
+
+
+def inside(values, axis):
+    return axis[0] <= np.nanmin(values) and np.nanmax(values) <= axis[1]
+
+
+@pytest.mark.parametrize("gain", [3.0, 30.0])
+def test_axes_go_with_the_curves(session, at_rest, gain):
+    answer = session.view({**ASKED, "numbers": {"gain": gain}})
+    steps, linear = answer["steps"], answer["linear"]
+    for name, axis in zip(("y", "command"), steps["axes"], strict=True):
+        assert inside(floats(steps[name]), axis)
+    for curve in linear["open"]:
+        loud = np.abs(floats(curve["gain"])) < 30
+        loud &= floats(curve["phase"]) > -450
+        for name, axis in zip(("gain", "phase"), linear["open_axes"], strict=True):
+            assert inside(floats(curve[name])[loud], axis)
+
+
+def test_nichols_curves_have_no_kinks(session):
+    for curve in session.view(ASKED)["linear"]["open"]:
+        gain, phase = floats(curve["gain"]), floats(curve["phase"])
+        seen = (np.abs(gain) < 30)[:-1]
+        assert np.abs(np.diff(phase))[seen].max() < 10
+        assert np.abs(np.diff(gain))[seen].max() < 2
+
+
+def test_what_is_remembered_of_moves_does_not_grow(session, at_rest):
+    def objects(moves):
+        for gain in moves:
+            session.view({**ASKED, "numbers": {"gain": gain}, "rig": {"M": 900 + 10 * gain}})
+        gc.collect()
+        return len(gc.get_objects())
+
+    before = objects(np.linspace(2.0, 3.0, 70).tolist())
+    assert objects(np.linspace(3.0, 4.0, 30).tolist()) - before < 60
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -283,7 +343,7 @@ def test_what_is_no_request_is_refused(server):
     assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "-1"})[0] == 400
     assert ask(server, "POST", path, ASKED, Origin=own, **{"Content-Length": "9" * 5000})[0] == 400
     status, content, _ = ask(server, "POST", path, {**ASKED, "controller": "no"}, Origin=own)
-    assert status == 422
+    assert status == 400
     assert "no controller" in json.loads(content)["error"]
 
 

@@ -18,6 +18,7 @@ from .margins import LaneMargins, LoopLanes, closed_response
 from .sampled_lanes import SampledLanes, sampled_lanes
 
 _NONE = 2.0  # radius [1] of a loop on a plant without an operating point: finite, so that searches can compare
+_NEAR, _MOST = 0.12, 16  # rad or neper between points of a curve that is drawn; points between two of its loop
 _WIDE = 5.0  # high over low: from there on a range is one of orders of magnitude
 
 
@@ -71,7 +72,7 @@ class PlantLanes:
         views = [lane_views(controller, sampled.signals) for sampled in self._sampled]
         null, moving = (LoopLanes(sampled, view.of_loop()) for sampled, view in zip(self._sampled, views, strict=True))
         opened = null.opened(np.arange(len(self.p)))
-        curves = [opened.curve(lane) for lane in range(len(self.p))]
+        curves = [_smooth(null, lane, *opened.curve(lane)) for lane in range(len(self.p))]
         closed = closed_response(self._sampled[0], views[0].view(0, self.rig.period.value), *curves[0])
         margins = null.margins(opened).where(self.null.ok, _NONE), moving.margins().where(self.moving.ok, _NONE)
         return LinearLanes(*margins, curves, closed)
@@ -100,6 +101,19 @@ def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, p
     speed = rig.passing_speed
     moving = equilibria(engine.plant, smooth, position, speed, None, **far_end(engine.plant, position, speed))
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
+
+
+def _smooth(loops: LoopLanes, lane: int, f: np.ndarray, loop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A lane's loop [k] over f [k] in Hz, with further points where it goes far from one to the next."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        far = np.nan_to_num(np.abs(np.log(loop[1:] / loop[:-1])), posinf=np.inf) / _NEAR
+    more = np.minimum(np.floor(far), _MOST).astype(int)
+    i = np.repeat(np.arange(len(more)), more)
+    part = (np.arange(len(i)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[i] + 1)
+    between = f[i] * (f[i + 1] / f[i]) ** part
+    f, loop = np.append(f, between), np.append(loop, loops.at(np.array([lane]), between[None])[0])
+    order = np.argsort(f, kind="stable")
+    return f[order], loop[order]
 
 
 def joined(first: PlantLanes, second: PlantLanes) -> PlantLanes:

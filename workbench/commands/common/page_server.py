@@ -108,7 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             status, table = 200, answer(asked)
         except InputError as error:
-            status, table = 422, {"error": str(error)}
+            status, table = 400, {"error": str(error)}
         except Exception:
             self._send(500, "text/plain; charset=utf-8", b"a fault of jackbench\n")
             raise

@@ -10,11 +10,14 @@ from ...base.units import from_si
 from ...loop.plant_lanes import PlantLanes
 from .after import AfterPart
 from .packed import number, packed
-from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words
+from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words, within_words
 
 _LOWEST = 0.1  # Hz, of what is shown
 _FIRST, _EVEN = 250, 150  # points of a curve over time: its first samples, and over all of it
-_LEAST, _MOST, _LAST = -40.0, 30.0, -450.0  # dB and deg: what is drawn of an open loop
+_HIGHEST = 200.0  # Hz, of what is shown of the closed loop
+_LEAST, _MOST, _LAST = -32.0, 30.0, -450.0  # dB and deg: where the axes of open loops end
+_DEEPEST, _TOP = -60.0, 60.0  # dB: where the axis of the closed loop ends
+Range = tuple[float, float]
 
 
 def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | None, task: Task) -> dict[str, Any]:
@@ -31,6 +34,7 @@ def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | 
     return {
         "rows": rows,
         "missed": missed_words(lanes.names, missed),
+        "within": within_words(lanes.names, linear, steps, task.limits),
         "linear": None if linear is None else _responses(linear),
         "steps": None if steps is None else _courses(steps, lanes, task),
     }
@@ -39,10 +43,12 @@ def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | 
 def after_answer(part: AfterPart, signal: Signal) -> dict[str, Any]:
     """The closed loop by sines, and which rigs hunt: None where that was not looked at."""
     sines = part.sines
-    shown = sines and {
+    curves = sines and (gain_db(sines.response[signal.name]), phase_deg(sines.response[signal.name]))
+    shown = (sines and curves) and {
         "f": packed(sines.f),
-        "gain": packed(gain_db(sines.response[signal.name])),
-        "phase": packed(phase_deg(sines.response[signal.name])),
+        "gain": packed(curves[0]),
+        "phase": packed(curves[1]),
+        "axes": _bode_axes(*curves),
         "amplitude": f"{float(from_si(sines.amplitude, signal.unit, signal.si)):g} {signal.unit}",
         "limited": number(float(sines.f[sines.saturated].min())) if np.any(sines.saturated) else None,
     }
@@ -70,20 +76,36 @@ def _responses(linear: LinearPart) -> dict[str, Any]:
     f = linear.curves[0][0]
     closed = np.full(len(f), np.nan, complex) if linear.closed is None else linear.closed
     shown = f >= _LOWEST
+    gain, phase, seen = gain_db(closed), phase_deg(closed), shown & (f <= _HIGHEST)
+    loops = [(gain_db(loop[f >= _LOWEST]), phase_deg(loop[f >= _LOWEST])) for f, loop in linear.curves]
+    inside = [(gain > _LEAST) & (gain < _MOST) & (phase > _LAST) for gain, phase in loops]
+    near = (np.concatenate([part[i][there] for part, there in zip(loops, inside, strict=True)]) for i in range(2))
     return {
         "f": packed(f[shown]),
-        "gain": packed(gain_db(closed[shown])),
-        "phase": packed(phase_deg(closed[shown])),
-        "open": [_open_loop(loop[f >= _LOWEST]) for f, loop in linear.curves],
+        "gain": packed(gain[shown]),
+        "phase": packed(phase[shown]),
+        "axes": _bode_axes(gain[seen], phase[seen]),
+        "open": [{"gain": packed(gain), "phase": packed(phase)} for gain, phase in loops],
+        "open_axes": [_axis(next(near), (_LEAST, 24.0), 6.0), _axis(next(near), (-400.0, 0.0), 50.0)],
     }
 
 
-def _open_loop(loop: np.ndarray) -> dict[str, str]:
-    """What a Nichols chart shows of it: below and beyond are the loop's last points."""
-    gain, phase = gain_db(loop), phase_deg(loop)
-    inside = (gain > _LEAST) & (gain < _MOST) & (phase > _LAST)
-    drawn = inside | np.append(inside[1:], False) | np.insert(inside[:-1], 0, False)
-    return {"gain": packed(gain[drawn]), "phase": packed(phase[drawn])}
+def _bode_axes(gain: np.ndarray, phase: np.ndarray) -> list[Range]:
+    return [_axis(np.clip(gain, _DEEPEST, _TOP), (-32.0, 12.0), 4.0), _axis(phase, (-370.0, 20.0), 90.0)]
+
+
+def _axis(values: np.ndarray, usual: Range, step: float) -> Range:
+    """The usual range, and as many whole steps more as the values need: it stays while numbers move a little."""
+    values = values[np.isfinite(values)]
+    low, high = values.min(initial=usual[0]), values.max(initial=usual[1])
+    more = np.floor((low - usual[0]) / step), np.ceil((high - usual[1]) / step)
+    return usual[0] + step * float(more[0]), usual[1] + step * float(more[1])
+
+
+def _span(values: np.ndarray) -> tuple[Range, float]:
+    """No range, and the step of an axis that has no usual one."""
+    most = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    return (0.0, 0.0), 2.0 ** np.ceil(np.log2(most)) / 4 if most > 0 else 1.0
 
 
 def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
@@ -93,13 +115,18 @@ def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
     reference, y, band = (
         np.asarray(from_si(value, signal.unit, signal.si)) for value in (steps.reference, steps.y, band_of(lanes, task))
     )
+    band, end = float(band), float(reference[-1])
+    drawn = np.concatenate((y.ravel(), reference, (end - band, end + band)))
+    usual = ((min(-0.12 * end, 1.35 * end), max(-0.12 * end, 1.35 * end)), abs(end) / 4) if end else _span(drawn)
     return {
         "t": packed(steps.t[some]),
         "reference": packed(reference[some]),
         "y": packed(y[:, some]),
         "command": packed(steps.command[:, some]),
-        "band": number(float(band)),
+        "axes": [_axis(drawn, *usual), _axis(steps.command, *_span(steps.command))],
+        "turned": task.turned_words(lanes.rig, float(lanes.position[0])),
+        "band": number(band),
         "arrives": number(task.scenario.arrives),
         "watched": number(float(steps.t[-1]) - (task.scenario.arrives or 0.0)),
-        "end": number(float(reference[-1])),
+        "end": number(end),
     }

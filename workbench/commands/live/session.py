@@ -46,7 +46,7 @@ class Session:
         self._scenarios = {scenario.name: scenario for scenario in config.steps.scenarios}
         self._rig_sliders = {slider.path[1]: slider for slider in rig_sliders(config.steps.rig)}
         self._sliders = cache(lambda name: {s.name: s for s in design_sliders(config, self._specs[name])})
-        self._lanes = cache(lambda delay: set_lanes(config.rigs, delay))
+        self._lanes = lru_cache(4)(lambda delay: set_lanes(config.rigs, delay))
         self._moved = lru_cache(4)(self._moved_lanes)
         self._ready: set[object] = set()  # machine code that is there
         self._view_lock, self._after_lock = Lock(), Lock()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...base.signals import Signal
+from ...base.units import from_si
 from ...control.protocol import Controller, NoLinearView, graph_law
 from ...engine import Engine
 from ...linear import Equilibrium
@@ -19,6 +20,7 @@ from ...loop.plant_lanes import PlantLanes
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from ...loop.scenarios import Scenario
 from ...loop.sensors import Sensors, settling_band
+from ...rigs.rig import Rig
 
 _NOWHERE = "no operating point"
 WATCHED = 1.0  # s: of a scenario, after all there is to it has come
@@ -41,6 +43,15 @@ class Task:
     def inwards(self, position: float, stroke: float) -> float:
         """1, or -1 where the jack stands out of the middle and the scenario does not say where it starts."""
         return -1.0 if position > 0 and not self.scenario.position(stroke) else 1.0
+
+    def turned_words(self, rig: Rig, position: float) -> str:
+        """That the scenario goes the other way there, and why; nothing where it does not."""
+        stroke = rig.limit("stroke") if rig.is_jack else 0.0
+        if not self.scenario.size or not rig.is_jack or self.inwards(position, stroke) > 0:
+            return ""
+        size = float(from_si(-self.scenario.size, self.signal.unit, self.signal.si))
+        why = f"the jack stands at {1e3 * position:+g} mm of ±{1e3 * stroke:g} mm"
+        return f"{size:+g} {self.signal.unit}, towards mid stroke: {why}"
 
 
 @dataclass(frozen=True)
@@ -190,6 +201,22 @@ def missed_words(names: Sequence[str], misses: Sequence[Miss]) -> list[str]:
     return [
         f"{goal}: {', '.join(f'{names[m.lane]} {m.value}'.strip() for m in misses if m.goal == goal)}" for goal in goals
     ]
+
+
+def within_words(
+    names: Sequence[str], linear: LinearPart | None, steps: StepPart | None, limits: Limits
+) -> tuple[str, bool]:
+    """That no goal is missed: of what and of which rigs, and the largest overshoot where no goal asks for it; whether
+    that is all there is to say."""
+    judged = [part for part, there in (("linear loops", linear), ("scenario", steps)) if there is not None]
+    if not judged:
+        return "No goal is judged yet.", False
+    where = f"on all {len(names)} rigs" if len(names) > 1 else f"on {names[0]}"
+    words = f"Within the goals {where}: {' and '.join(judged)}"
+    sizes = {} if steps is None else {size: name for name, size in zip(names, steps.overshoot, strict=True) if size}
+    if not sizes or np.isfinite(limits.overshoot_percent):
+        return f"{words}.", len(judged) == 2
+    return f"{words}; no goal asks for the overshoot, at most {max(sizes):.3g} % ({sizes[max(sizes)]}).", False
 
 
 def _linear_misses(lane: int, linear: LinearPart, limits: Limits) -> Iterator[Miss]:

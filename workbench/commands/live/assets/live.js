@@ -190,6 +190,7 @@
     if (limitBusy || limits.has(limitPlace(asked))) return;
     limitBusy = true;
     const answer = await post("limit", asked).catch(() => ({ limit_s: null }));
+    if (limits.size === 100) limits.delete(limits.keys().next().value);
     limits.set(limitPlace(asked), answer.limit_s);
     limitBusy = false;
     sentence(drawn.answer, drawn.asked);
@@ -296,10 +297,11 @@
     get("verdict").classList.toggle("bad", known && stable < count);
     const hunting = entries.filter((_, lane) => answer.hunting?.[lane]).map((entry) => entry.rig);
     const missed = [...answer.missed, ...(hunting.length ? [`hunts: ${hunting.join(", ")}`] : [])];
-    const goals = missed.length ? `Out of the goals: ${missed.join("; ")}` : "Within the goals.";
+    const goals = missed.length ? `Out of the goals: ${missed.join("; ")}` : answer.within[0];
     put(get("goals"), goals);
     get("goals").title = goals;
     get("goals").classList.toggle("bad", missed.length > 0);
+    get("goals").classList.toggle("partly", !answer.within[1]);
   }
 
   function fill(id, values, text, set) {

@@ -70,6 +70,12 @@ const Plots = (() => {
     return text || "M0,0";
   }
 
+  // Axes around all that is drawn, each from those of its parts, as far as they are there.
+  function around(...parts) {
+    const [first, ...others] = parts.filter(Boolean);
+    return first.map((_, i) => others.reduce((all, axes) => [Math.min(all[0], axes[i][0]), Math.max(all[1], axes[i][1])], first[i]));
+  }
+
   // Nominal last, so that it lies above the others.
   const order = (count) => [...Array(count).keys()].reverse();
   const width = (lane) => (lane === 0 ? 2 : 1.1);
@@ -85,13 +91,14 @@ const Plots = (() => {
       data.push(line(t, y[lane], colour(lane), width(lane), hover(`%{x:.3f} s, %{y:.4~g} ${unit}`, rigs[lane])));
       data.push(line(t, command[lane], colour(lane), width(lane), { yaxis: "y2", ...hover("%{x:.3f} s, %{y:.3~g}", rigs[lane]) }));
     }
-    const range = steps.end ? [-0.12 * steps.end, 1.35 * steps.end].sort((a, b) => a - b) : undefined;
+    const [range, sent] = around(steps.axes, file?.axes);
+    const turned = steps.turned ? [{ text: steps.turned, x: 1, y: 0.37, xref: "paper", yref: "paper", xanchor: "right", yanchor: "bottom", showarrow: false, bgcolor: "rgba(255,255,255,0.8)", font: { color: BAD, size: 12 } }] : [];
     const band = [-1, 1].map((side) => ({ type: "line", x0: 0, x1: 1, xref: "x domain", y0: steps.end + side * steps.band, y1: steps.end + side * steps.band, line: { color: GREY, width: 1, dash: "dot" } }));
     draw("step", data, layout(revision, {
-      title: heading(`${signal} on every rig; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band,
+      title: heading(`${signal} on every rig; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band, annotations: turned,
       xaxis: axis("time [s]", { anchor: "y2", range: [0, Math.min(seconds ?? Infinity, t[t.length - 1])] }),
-      yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], ...(range ? { range } : {}) }),
-      yaxis2: axis("command [1]", { domain: [0, 0.28] }),
+      yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], range }),
+      yaxis2: axis("command [1]", { domain: [0, 0.28], range: sent }),
     }));
   }
 
@@ -103,12 +110,13 @@ const Plots = (() => {
     if (linear) both(floats(linear.f), floats(linear.gain), floats(linear.phase), (x, y, yaxis) => line(x, y, colour(0), 2, { yaxis, ...hover(`%{x:.3~g} Hz, %{y:.3~g} ${yaxis === "y" ? "dB" : "deg"}`, "linear") }));
     if (sines) both(floats(sines.f), floats(sines.gain), floats(sines.phase), (x, y, yaxis) => ({ x, y, yaxis, mode: "lines+markers", line: { color: "#d55e00", width: 1 }, marker: { color: "#d55e00", size: 5 }, ...hover(`%{x:.3~g} Hz, %{y:.3~g} ${yaxis === "y" ? "dB" : "deg"}`, "sines") }));
     const unstable = context.unstable ? [{ text: "unstable: no linear response", x: 0.5, y: 0.8, xref: "paper", yref: "paper", showarrow: false, font: { color: BAD, size: 13 } }] : [];
+    const [gains, phases] = around(linear?.axes ?? [[-32, 12], [-370, 20]], file?.axes, sines?.axes);
     const by = sines ? `; orange: sines of ${sines.amplitude}${sines.limited ? `, limited from ${sines.limited.toPrecision(3)} Hz` : ""}` : "";
     draw("bode", data, layout(revision, {
       title: heading(`closed loop, nominal: linear${by}`, `closed loop; ${by.slice(2)}`), annotations: unstable, margin: { l: 58, r: 12, t: 28 + 15 * rows, b: 36 },
       xaxis: axis("frequency [Hz]", { type: "log", anchor: "y2", range: [-1, Math.log10(200)], tickvals: TICKS, ticktext: TICKS.map(String) }),
-      yaxis: axis("gain [dB]", { domain: [0.46, 1], range: [-32, 12] }),
-      yaxis2: axis("phase [deg]", { domain: [0, 0.42], range: [-370, 20], dtick: 90 }),
+      yaxis: axis("gain [dB]", { domain: [0.46, 1], range: gains }),
+      yaxis2: axis("phase [deg]", { domain: [0, 0.42], range: phases, dtick: 90 }),
     }));
   }
 
@@ -138,9 +146,10 @@ const Plots = (() => {
         data.push(line(floats(phase), floats(gain), colour(lane), width(lane), hover(`%{x:.4~g} deg, %{y:.3~g} dB`, rigs[lane])));
       }
     }
+    const [gains, phases] = linear?.open_axes ?? [[-32, 24], [-400, 0]];
     draw("nichols", data, layout(revision, {
       title: heading(`open loops at null; red: Ms above ${limits.ms_nominal} (nominal), ${limits.ms} (every rig)`, `open loops; red: Ms above ${limits.ms_nominal}, ${limits.ms}`),
-      xaxis: axis("phase [deg]", { range: [-400, 0], dtick: 90 }), yaxis: axis("gain [dB]", { range: [-32, 24] }),
+      xaxis: axis("phase [deg]", { range: phases, dtick: 90 }), yaxis: axis("gain [dB]", { range: gains }),
     }));
   }
 
