@@ -28,6 +28,7 @@ from workbench.commands.live.session import Session
 from workbench.commands.live.sliders import design_sliders
 from workbench.loop.limit import settling_limit
 from workbench.loop.rows import judge, linear_loops
+from workbench.loop.tuning.problem import with_number
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 STEP = EXPERIMENTS / "position_step.toml"
@@ -248,6 +249,14 @@ def test_a_tune_experiment_gives_its_ranges_and_goals():
     assert (gain.low, gain.high, gain.unit, gain.log) == (2, 10, "1/m", False)
     assert config.limits.ms == 2.15
     assert list(config.rigs) == ["nominal", "mass-50", "mass+50", "beta-50", "supply-20"]
+
+
+def test_a_slider_can_go_to_its_ends():
+    config = load_live(EXPERIMENTS / "benchmark.toml")
+    for spec in config.steps.controllers:
+        for slider in design_sliders(config, spec):
+            for end in slider.bounds:
+                with_number(spec, slider.path, end, slider.unit)
 
 
 def test_a_bench_gives_its_position_loops():

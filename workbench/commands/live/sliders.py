@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ...base.units import from_si, quantity
+from ...base.units import from_si, quantity, to_si
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import is_number
 from ...loop.tuning.problem import OF_THE_LOOP, Searched
@@ -89,11 +89,20 @@ def _slider(
 ) -> Slider:
     si, given = number["unit"], table.get(str(path[-1]))
     unit = _unit(given, si)
-    shown, low, high = (float(f"{float(from_si(x, unit, si)):.10g}") for x in (value, number["low"], number["high"]))
+    ends = ((value, 0), (number["low"], 1), (number["high"], -1))
+    shown, low, high = (_rounded(x, unit, si, inwards) for x, inwards in ends)
     corner = si if si == "Hz" or (si == "s" and _TIME.search(number["meaning"])) else ""
     to_hz = quantity(f"1 {unit}", si) if corner else 1.0
-    ends = (low, high), low, high, False
-    return Slider(path, part, number["meaning"], unit, shown, *ends, corner, to_hz, given is None)
+    return Slider(
+        path, part, number["meaning"], unit, shown, (low, high), low, high, False, corner, to_hz, given is None
+    )
+
+
+def _rounded(value: float, unit: str, si: str, inwards: int) -> float:
+    """To ten digits in a unit; an end of a range not beyond itself, so that what reads it takes it."""
+    shown = float(f"{float(from_si(value, unit, si)):.10g}")
+    beyond = (float(to_si(shown, unit, si)) - value) * inwards < 0
+    return float(f"{shown + inwards * abs(shown) * 1e-9:.10g}") if beyond else shown
 
 
 def _unit(given: Any, si: str) -> str:

@@ -75,7 +75,7 @@
 
   function move(slider, value) {
     if (value === slider.value) delete store(slider)[key(slider)];
-    else store(slider)[key(slider)] = rounded(value);
+    else store(slider)[key(slider)] = Math.min(Math.max(rounded(value), slider.bounds[0]), slider.bounds[1]);
     reflect(slider);
     ask();
   }
