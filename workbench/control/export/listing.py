@@ -70,7 +70,9 @@ def as_text(program: Program, coefficients: Coefficients | str) -> str:
         return f"{name}: {coefficients}; --out leaves it"
     command_map = coefficients.command_map
     total = "sum of the channels" if command_map is None else "sum of the channels, mapped"
-    lines = [f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI"]
+    lines = [
+        f"{name}: command = {total}, every {coefficients.period * 1e3:g} ms; SI; where the drive does what is demanded"
+    ]
     for channel in coefficients.channels:
         lines.append(f"  {channel.signal}: {len(channel.sections)} sections in series: b0 b1 b2, a1 a2 (a0 = 1)")
         lines += ["    " + _digits([*row[:3], *row[4:]]) for row in channel.sections]
