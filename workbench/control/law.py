@@ -340,12 +340,13 @@ class _Call:
     def __init__(self, function: "ca.Function") -> None:
         self._given = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
         self._found = np.zeros(function.size1_out(0))
-        self._buffer, self._evaluate = function.buffer()
+        buffer: Any = function.buffer()
+        self._buffer, self._evaluate = buffer
         for i, argument in enumerate(self._given):
             if len(argument):
-                self._buffer.set_arg(i, memoryview(argument))
+                self._buffer.set_arg(i, argument.data)
         if len(self._found):
-            self._buffer.set_res(0, memoryview(self._found))
+            self._buffer.set_res(0, self._found.data)
 
     def __call__(self, *arguments: np.ndarray | float) -> np.ndarray:
         """The result, in an array that is that of every call."""

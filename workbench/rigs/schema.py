@@ -9,7 +9,7 @@ SUPPLY = {
     "Ps": Spec("Pa", 1e5, 1e8, "supply pressure, absolute"),
     "Pr": Spec("Pa", 0.0, 5e6, "return pressure, absolute"),
 }
-OIL = {"beta": Spec("Pa", 1e7, 4e9, "effective bulk modulus")}
+OIL = {"beta": Spec("Pa", 1e7, 5e9, "effective bulk modulus")}
 
 LOAD = {
     "M": Spec("kg", 1e-2, 1e6, "moving mass"),
