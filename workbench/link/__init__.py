@@ -7,6 +7,7 @@ idle_clock    an empty loop, which says what the machine itself misses
 opc_ua        both ends under the eyes of a SCADA panel
 rig_server    who may command it, and what it answers to hellos and switches
 client        the workbench's end: greets, switches, commands; wire_loop, a controller there; course, what it plays
+joined, trips    a rig by the tighter of its file and its hello; why a motion ended at a limit
 judged        what was played, beside the same in simulation
 commissioning/    what a commissioning does at the rig, and how it judges that
 """

@@ -7,6 +7,7 @@ faults                    faults, and the loop in which one begins
 fault_trial, fault_counts    one fault in one loop, from one of three moments; what faults came to
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it
+foreseen                  whether a motion stays clear of a rig's limits, by what it does in simulation
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
 rig_variations, knowledge, conditions    on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row

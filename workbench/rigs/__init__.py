@@ -6,6 +6,8 @@ shipped     the names of the bundled rigs and platforms
 schema, together    the numbers that every rig has, and what they have to be to each other
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack, load  the kinds of jack and of load
+limited     the signals that stay within limits, and whose each limit is
+tolerances  how far a number may be off where its datasheet does not say
 shut_off    a valve in the lines that the guard closes on a trip
 summary     a rig in a few lines, and as a table in a notebook
 datasheet, datasheet_keys    a rig from what makers say; what they have to say

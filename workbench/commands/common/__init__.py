@@ -16,6 +16,7 @@ scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of it
 platform_scene      a platform drawn as lines in space
 platform_controllers, platform_motion    of experiments on a platform: its controllers, and the motion that it plays
 fitted_plant        what a report says of a plant that was fitted to a frequency response
+limits_told         the limits of a live rig as its pages tell them, whose each is, and what tripped
 judged              in words: the delay and the noise that loops were judged with
 wire_campaign      recordings of a live rig as a campaign folder
 sheet_options, sheet_page    sheets to sign: what is asked, and the page, printed as a PDF

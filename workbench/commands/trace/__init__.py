@@ -3,6 +3,7 @@
 answer, metrics           the answer as an object and as plain numbers
 shape_page, learned_page  what an unknown disturbance looks like; what was learned, beside the library's formulas
 words, effect_words, tables, figures    what the report is made of
+reasons     what the rule says of a candidate, and the numbers by which it does
 without     names of effects that are not to be tried
 platform, legs_page, wrench_items    the campaign of a platform, leg by leg
 payload     what is another number of a platform's payload
