@@ -245,11 +245,26 @@ def test_with_values_is_a_copy(rig):
 
 @pytest.mark.parametrize(
     ("values", "message"),
-    [({"Mass": 1.0}, 'no number "Mass"'), ({"M": -1.0}, "M: -1 kg is outside"), ({"M": float("nan")}, "M: nan")],
+    [
+        ({"Mass": 1.0}, 'no number "Mass"'),
+        ({"M": -1.0}, "M: -1 kg is outside"),
+        ({"M": float("nan")}, "M: nan"),
+        ({"Ps": 1e5}, "rig jack-10t: Ps: 1 bar is not above the return pressure, 4.355 bar"),
+        ({"Ps": 4e6, "Pr": 5e6}, "rig jack-10t: Ps: 40 bar is not above the return pressure, 50 bar"),
+        ({"S": 0.4}, "rig jack-10t: stroke: 240 mm to each side of mid stroke is beyond the end stops, 200 mm"),
+    ],
 )
 def test_with_values_refuses_what_cannot_be(rig, values, message):
     with pytest.raises(InputError, match=re.escape(message)):
         rig.with_values(**values)
+
+
+def test_a_session_and_a_change_of_each_number_are_checked_as_a_file_is(rig):
+    low = replace(rig.numbers["Ps"], value=1e5)
+    with pytest.raises(InputError, match="Ps: 1 bar is not above the return pressure"):
+        replace(rig, sessions={"cold": {"Ps": low}}).in_session("cold")
+    with pytest.raises(InputError, match="is not above the return pressure"):
+        rig.with_each_number(lambda number: low if number.name == "Ps" else number)
 
 
 @pytest.mark.parametrize("name", bundled())

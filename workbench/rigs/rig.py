@@ -16,6 +16,7 @@ from .rig_table import rig_table
 from .sensor import Sensor
 from .shut_off import ShutOff
 from .summary import html_table, summary
+from .together import problem_together
 from .valve import VALVES, ValveKind
 
 MOVING, MOVING_SHARE = 0.1, 0.2  # m/s; of the limit
@@ -176,7 +177,7 @@ class Rig(Mapping[str, float]):
 
     def in_session(self, name: str | None) -> "Rig":
         """The rig as it was in a session; as it is where it has no numbers for that."""
-        return replace(self, numbers={**self.numbers, **self.sessions.get(name or "", {})}, sessions={})
+        return replace(self._changed({**self.numbers, **self.sessions.get(name or "", {})}), sessions={})
 
     def with_corrector(self, corrector: str) -> "Rig":
         """A copy whose valve is driven by another of its kind's correctors. Raises InputError for one that the rig has
@@ -203,7 +204,7 @@ class Rig(Mapping[str, float]):
             if problem := specs[name].problem(value):
                 raise InputError(f"rig {self.name}: {name}: {problem}")
             numbers[name] = _moved(numbers[name], float(value))
-        return replace(self, numbers=numbers)
+        return self._changed(numbers)
 
     def with_each_number(self, change: Callable[[Number], Number]) -> "Rig":
         """A copy with every number of the plant changed, those of its effects too."""
@@ -212,7 +213,14 @@ class Rig(Mapping[str, float]):
             return {name: change(number) for name, number in numbers.items()}
 
         uses = tuple(replace(use, numbers=changed(use.numbers)) for use in self.effects)
-        return replace(self, numbers=changed(self.numbers), effects=uses)
+        return replace(self._changed(changed(self.numbers)), effects=uses)
+
+    def _changed(self, numbers: Mapping[str, Number]) -> "Rig":
+        """With other numbers of the plant. Raises InputError for those that a rig file may not have together."""
+        if self.is_jack and (wrong := problem_together(numbers, self.limits)):
+            _, name, problem = wrong
+            raise InputError(f"rig {self.name}: {name}: {problem}")
+        return replace(self, numbers=numbers)
 
 
 def _moved(number: Number, value: float) -> Number:

@@ -24,7 +24,7 @@ from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
 from .sensor import read_sensors
 from .shipped import bundled, bundled_platforms
 from .shut_off import read_shut_off
-from .together import check_speed_guard, check_together
+from .together import check_speed_guard, problem_together
 from .valve import VALVES
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
@@ -85,7 +85,9 @@ def _read(path: Path, shown: str) -> Rig:
     specs = number_specs(valve_kind.name, corrector, jack_kind.name, load)
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
     sensors = read_sensors(top.optional_table("sensors"))
-    check_together(top, numbers, limits)
+    if wrong := problem_together(numbers, limits):
+        table, name, problem = wrong
+        raise top.table(table).complaint(name, problem)
     control = top.table("control", *schema.CONTROL)
     period = read_number(control, "period", schema.CONTROL["period"])
     check_speed_guard(top, sensors, limits["speed"].value * period.value)

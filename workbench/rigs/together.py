@@ -13,22 +13,24 @@ if TYPE_CHECKING:
 _BLIND = 50.0  # times the speed limit: what the guard sees of a speed has to be below that
 
 
-def check_together(top: Table, numbers: Mapping[str, "Number"], limits: Mapping[str, "Number"]) -> None:
-    """Raises InputError for numbers of a rig file that are possible one by one, but not beside each other."""
+def problem_together(numbers: Mapping[str, "Number"], limits: Mapping[str, "Number"]) -> tuple[str, str, str] | None:
+    """What is wrong with numbers of a rig that are possible one by one, but not beside each other: the table of a rig
+    file, the number and a sentence."""
     supply, tank = numbers["Ps"], numbers["Pr"]
     if supply.value <= tank.value:
         low, high = (f"{from_si(n.value, n.unit, n.si):.6g} {n.unit}" for n in (supply, tank))
         problem = f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
-        raise top.table("supply").complaint("Ps", problem)
+        return "supply", "Ps", problem
     mass, part = numbers["M"], next((numbers[name] for name in ("Mg", "Mr") if name in numbers), None)
     if part is not None and part.value > mass.value:
-        raise top.table("load").complaint(part.name, f"{part.value:g} kg is part of M, {mass.value:g} kg; give less")
+        return "load", part.name, f"{part.value:g} kg is part of M, {mass.value:g} kg; give less"
     stroke, travel = limits["stroke"], numbers["S"]
     longest = travel.value if travel.high is None else travel.high  # an uncertain stroke may be that long
     if stroke.value > longest / 2 * (1 + 1e-9):
         allowed, half = (f"{1e3 * value:.6g} mm" for value in (stroke.value, longest / 2))
         problem = f"{allowed} to each side of mid stroke is beyond the end stops, {half}; give half of S at most"
-        raise top.table("limits").complaint("stroke", problem)
+        return "limits", "stroke", problem
+    return None
 
 
 def check_speed_guard(top: Table, sensors: Mapping[str, "Sensor"], move: float) -> None:
