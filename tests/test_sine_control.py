@@ -238,9 +238,5 @@ def test_it_leaves_the_margins_alone_in_one_loop_and_in_lanes(setup):
         views = [lane_laws(each, points) for each in (built, LOOP.build(PERIOD))]
         assert np.abs(np.linalg.eigvals(views[0].a)).max() < 1
         z = np.exp(2j * np.pi * np.array([1.0, 10.0, 100.0]) * PERIOD)
-<<<<<<< HEAD
         responses = [view.response.at(np.tile(z, (len(view.a), 1)))[:, 0] for view in views]
         assert responses[0] == pytest.approx(np.broadcast_to(responses[1], responses[0].shape), rel=1e-9)
-=======
-        assert views[0].response.at(z[None]) == pytest.approx(views[1].response.at(z[None]), rel=1e-9)
->>>>>>> 8c2d82e (Margins count modes, 0 Hz and Nyquist alike in every command, and a rig's numbers are checked wherever they change)
