@@ -35,7 +35,9 @@ def test_a_file_that_states_another_version_is_named(tree, name):
 def test_a_release_without_its_day_is_refused(tree, name):
     path = tree / name
     lines = path.read_text("utf-8").splitlines()
-    undated = [line.partition(",")[0] + ", unreleased" if line.startswith("## ") and "," in line else line for line in lines]
+    undated = [
+        line.partition(",")[0] + ", unreleased" if line.startswith("## ") and "," in line else line for line in lines
+    ]
     path.write_text("\n".join(line for line in undated if not line.startswith("date-released")), "utf-8")
     (line,) = disagreements(tree, VERSION)
     assert f"{name} states nothing" in line
