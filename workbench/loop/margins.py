@@ -107,7 +107,7 @@ class LoopLanes:
         even, count = self.plants.f[None], len(lanes)
         law = self.law.response.some(lanes)
         known = -np.sum(
-            law.at(unit_circle(even, self.plants.period)) * self.plants.on_grid[lanes][:, self._rows], axis=1
+            law.at(unit_circle(even, self.plants.period)) * self.plants.on_grid[lanes[:, None], self._rows], axis=1
         )
         own = np.broadcast_to(law.modes, (count, law.modes.shape[1]))
         poles = np.concatenate((self.poles[lanes], self._measured.modes[lanes], own), axis=1)
