@@ -104,7 +104,7 @@ def osqp_step(planned: PlannedLaw, kernel: Kernel) -> Callable[[np.ndarray], np.
     """What the kernel finds of what it is given, its plan made by OSQP: warm, and with a cap on its iterations.
 
     In the scale of the kernel's tables, y [k] the changes and s what is beyond a limit of the jack: the least
-    |y|^2 + |s|^2 with -1 <= rest + reach y + s/sqrt(PRICE) <= 1. Where OSQP does not arrive, the kernel's own search
+    y'y + s's with -1 <= rest + reach y + s/sqrt(PRICE) <= 1. Where OSQP does not arrive, the kernel's own search
     does what it can (Stellato et al., OSQP: an operator splitting solver for quadratic programs, Mathematical
     Programming Computation 12, 2020).
     """
