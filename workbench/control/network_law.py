@@ -5,6 +5,7 @@ states. Its linear view then has the mean of the last decisions in the place of 
 samples does to a sine (its first harmonic; aliases are left out).
 """
 
+from abc import abstractmethod
 from collections.abc import Hashable
 
 import casadi as ca
@@ -38,9 +39,9 @@ class _Beside(Shell):
         self.names = flat_names(self.sizes)
 
     @property
+    @abstractmethod
     def sizes(self) -> dict[str, int]:
         """Of the parts of the state."""
-        raise NotImplementedError
 
     @property
     def key(self) -> Hashable:
@@ -53,9 +54,9 @@ class _Beside(Shell):
         added = self.added(w, self.heard(s), q)
         return Passed(forth=lambda u: u + added, back=lambda v: v - added)
 
+    @abstractmethod
     def added(self, w: ca.SX, s: ca.SX, q: ca.SX) -> ca.SX:
         """To the command [1], of signals s = (r, y) and the network's numbers q."""
-        raise NotImplementedError
 
     def heard(self, s: Signals) -> ca.SX:
         """(r, y) of the network."""

@@ -9,6 +9,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+from ...base.errors import InputError
 from ...engine.tape import Tape, read
 
 _WIDE = 88  # characters of an expression that still stands within another one
@@ -196,7 +197,8 @@ class _Written:
             return language.chosen(*(text.text for text in texts))
         text = language.call(op, [text.text for text in texts])
         if text is None:
-            raise NotImplementedError(f"{op} of a graph cannot be written in {type(language).__name__}")
+            what = f"the law has the function {op}, which {type(language).__name__} does not"
+            raise InputError(f"{what}; write it with others, such as sqrt, exp, sin, cos, fmin and fmax")
         return Expression(text)
 
     def _call(self, i: int) -> Expression:
