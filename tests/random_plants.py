@@ -86,6 +86,7 @@ def random_rig(random: Random) -> Rig:
             value = number.value
         values[name] = min(max(value, spec.low), spec.high)
     values["Pr"] = min(values["Pr"], 0.5 * values["Ps"])
+    values["S"] = max(values["S"], 2 * rig.limits["stroke"].value)
     return rig.with_values(**values)
 
 

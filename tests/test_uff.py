@@ -78,7 +78,7 @@ def test_text_and_binary_of_each_order_precision_and_spacing(tmp_path, even, wri
 def test_clocks_of_their_own_and_another_unit_of_time(tmp_path):
     slow = function("Force", F[::10], 1e3 * T[::10], "kN", abscissa_axis_units_lab="ms")
     units, table, notes = read(write(tmp_path / "a.uff", function("Disp", X), slow))
-    assert units == {"t": "s", "Disp": "mm", "Force": "kN"}
+    assert units == {"t": "s", "Disp": "mm", "Force": "kN", "Force, held": "kN"}
     np.testing.assert_allclose(table[2][:391], np.interp(T[:391], T[::10], F[::10]), atol=1e-9)
     assert notes == ["Force: resampled from 100 Hz to 1000 Hz, on straight lines between its samples"]
 

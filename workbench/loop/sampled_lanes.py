@@ -56,9 +56,8 @@ class LaneResponse:
     def at(self, z: np.ndarray) -> np.ndarray:
         """The response at z [1, k] of all lanes, or at those of each [lanes, k]: complex [lanes, m, k]."""
         if len(z) > 1 and max(map(len, (self.modes, self.entering, self.leaving, self.direct, self.late))) == 1:
-            return (
-                self.at(z.reshape(1, -1))[0].reshape(-1, *z.shape).swapaxes(0, 1)
-            )  # all z of what lanes share at once
+            shared = self.at(z.reshape(1, -1))[0]  # all z of what lanes share at once
+            return shared.reshape(len(shared), *z.shape).swapaxes(0, 1)
         apart = z[:, None] - self.modes[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):  # a mode on the unit circle has no response there
             prompt = self.leaving @ (1 / apart if self.upper is None else self._states(self.upper, apart)) + self.direct
