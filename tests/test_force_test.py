@@ -1,7 +1,6 @@
 """A load cell's sheet: what was put into a played rig comes back, intervals hold it, bad records are refused."""
 
 import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -74,7 +73,7 @@ def test_a_rig_file_says_that_its_cell_is_on_the_rod(rig, tmp_path):
     save_rig(rod, tmp_path / "rod.toml")
     assert load_rig(tmp_path / "rod.toml").numbers == rod.numbers
     text = (tmp_path / "rod.toml").read_text()
-    (tmp_path / "heavy.toml").write_text(re.sub(r"(?m)^(Mr = \{ value = )30(\.0)?", r"\g<1>2000", text))
+    (tmp_path / "heavy.toml").write_text(text.replace("Mr = {value = 30.0", "Mr = {value = 2000.0"))
     with pytest.raises(InputError, match=r"Mr.*2000 kg is part of M, 1000 kg"):
         load_rig(tmp_path / "heavy.toml")
 
