@@ -38,7 +38,7 @@ WORDS = {
     "scenario": "what a loop is asked to do: a step, a ramp, a sine, a file, a load",
     "lane": "one of several plants that are simulated side by side in one processor core",
     "lockstep": "the client of a served rig sets the pace: one command, one reading",
-    "over the limit": "a time over the soonest in which an optimiser settles the known rig, within some 2 %",
+    "over the limit": "a time over the soonest in which an optimiser settles the known rig",
 }
 _SHOWN = re.compile(r"<(script|style)\b.*?</\1>|<[^>]*>", re.DOTALL)
 
