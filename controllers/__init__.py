@@ -6,7 +6,7 @@ position and force laws
     Tvc                                 three-variable control
     Automatic                           P with pressure feedback, tuned by its own moves of a millimetre
     OnMeasuredMode                      the same by its measured mode: measured_mode
-    Lqg, Mpc                            a Kalman filter, and state feedback or a plan that keeps the limits
+    Lqg, Mpc                            a Kalman filter, and state feedback or a plan within the limits
     LinearCrone1, LinearCrone, LinearLqg, LinearMpc    the same on any linear plant, of its position alone
 compensators, to be added to a law
     PressureFeedback, AccelerationFeedback    damp the jack on its oil

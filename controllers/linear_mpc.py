@@ -16,7 +16,7 @@ from .lqg import lq_gain
 
 
 class LinearMpc(LawController):
-    """The law of LinearLqg where no limit is near, and the least change of it that keeps the limits where one is.
+    """The law of LinearLqg where no limit is near, and the least change of it within the limits where one is.
 
     Those of the command and its rate are kept; what is beyond those of the position and its speed has a price. It plans
     and governs as Mpc does, without a preview; the governor counts on a plant that brakes with `deceleration`.

@@ -1,4 +1,4 @@
-"""Linear model predictive control: LQG where no limit is near, and a plan that keeps every limit where one is."""
+"""Linear model predictive control: LQG where no limit is near, and a plan within the limits where one is."""
 
 import numpy as np
 
@@ -18,15 +18,16 @@ _INSIDE = (
 
 
 class Mpc(LawController):
-    """u = v - K x^ - d^ + c: the LQG law on a JackObserver's state, and the least change c that keeps the limits.
+    """u = v - K x^ - d^ + c: the LQG law on a JackObserver's state, and the least change c within the limits.
 
     v is K r, or with a preview the LQ optimum's share of the references to come. Every period a quadratic programme
     plans the c of a horizon: the least sum of c^2 for which the predicted command and its rate stay within theirs, and,
-    as far as can be, stroke, speed and pressure difference within theirs. The LQ cost grows by that sum times a number,
-    so this is the constrained LQ optimum (Rossiter, Model-Based Predictive Control, 2003, ch. 7); with no limit near
-    c = 0. The filter's d and load leave no offset. Where the solver does not arrive, the plan keeps the limits
-    that it has come to; `fallbacks` counts these periods. A reference governor keeps the reference where the jack can
-    still brake within its stroke. In front of it a Shaping with its notch at w and the lead 2/w + Kv/K makes of K r the
+    as far as can be, stroke, speed and pressure difference within theirs: those of the design model, which another mass
+    passes (docs/results/mpc.md has by how much). The LQ cost grows by that sum times a number, so this is the
+    constrained LQ optimum (Rossiter, Model-Based Predictive Control, 2003, ch. 7); with no limit near c = 0. The
+    filter's d and load leave no offset. Where the solver does not arrive, the plan is within the limits that it has
+    come to; `fallbacks` counts these periods. A reference governor moves the reference to where the jack can still
+    brake within its stroke. In front of it a Shaping with its notch at w and the lead 2/w + Kv/K makes of K r the
     feed-forward K r + Kv s/(s/w + 1)^2 r. A measurement that is not finite is left out, the filter predicting on; a
     reference that is not finite leaves the last one.
     """

@@ -11,13 +11,15 @@ from controllers.lqg import Lqg, lq_gain
 from controllers.mpc import Mpc
 from controllers.pressure import PressureFeedback
 from controllers.shaping import Shaping
+from workbench.commands.common.step_experiment import load_steps
 from workbench.control.compensators import compensated
 from workbench.control.kalman_observer import JackObserver
 from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.margins import linear_loop
-from workbench.loop.rig_variations import with_delay
+from workbench.loop.rig_variations import variation, with_delay
+from workbench.loop.rows import loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop, run_loop
 from workbench.loop.sensors import settling_band
 from workbench.plant import build
@@ -323,3 +325,16 @@ def test_a_spool_sensor_serves_the_filter(engine, rig, rest):
     signals = looped(engine, rig, rest, mpc, np.full(400, 0.01)).record.signals
     assert signals["position"][-1] == pytest.approx(0.01, rel=0.02)
     assert mpc.state[3] == pytest.approx(signals["spool"][-1] / rig["z3max"], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "heavy"), [("mpc", 139.1, 175.7), ("mpc-preview", 143.9, 174.5), ("mpc-bare", 190.4, 217.4)]
+)
+def test_a_pressure_limit_is_that_of_the_design_model(name, own, heavy):
+    """150 bar are set. What docs/results/mpc.md says of them on the rig of the design and on 1.5 times its mass."""
+    config = load_steps("experiments/position_mpc.toml")
+    (spec,) = (spec for spec in config.controllers if spec.name == name)
+    for rig, most in (("nominal", own), ("mass+50", heavy)):
+        setup = loop_setup(variation(config.rig, rig))
+        runs = [play(spec, scenario, setup).record.signals for scenario in config.scenarios if scenario.size > 0.05]
+        assert max(np.abs(run["pa"] - run["pb"]).max() for run in runs) == pytest.approx(1e5 * most, rel=0.01)

@@ -112,11 +112,10 @@ def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Tab
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
         f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Many motions arrive as soon; the one "
-        "with the quietest command is shown, which costs some 0.2 % of the time. By the mesh: the change when its intervals "
-        "were last halved, which is the error of a held command: coarse meshes promise too much. The optimum is a local "
-        "one. "
-        "Pressure, overshoot and the distance from what was found belong to the motion that the engine plays, open "
-        "loop."
+        "with the quietest command is shown, which costs some 0.2 % of the time. By the mesh: the change when its "
+        "intervals were last halved, which is the error of a held command: coarse meshes promise too much. The optimum "
+        "is a local one. Pressure, overshoot and the distance from what was found belong to the motion that the engine "
+        "plays, open loop."
     )
     return Table("", [title for title, _ in _COLUMNS.values()], lines, note, fold=True)
 
