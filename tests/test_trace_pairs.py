@@ -28,13 +28,12 @@ from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
-RANDOM = np.random.default_rng(5)
-
 
 def directions(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors [count, 30] with something in common, and an error [30]."""
-    shapes = RANDOM.standard_normal((count, 30)) + 0.7 * RANDOM.standard_normal(30)
-    return shapes / np.linalg.norm(shapes, axis=1)[:, None], RANDOM.standard_normal(30)
+    random = np.random.default_rng(count)
+    shapes = random.standard_normal((count, 30)) + 0.7 * random.standard_normal(30)
+    return shapes / np.linalg.norm(shapes, axis=1)[:, None], random.standard_normal(30)
 
 
 def test_the_joint_gain_is_that_of_least_squares():
