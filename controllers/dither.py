@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 from workbench.base.errors import InputError
 from workbench.control.protocol import design_numbers, number
-from workbench.control.shell import SineShell
+from workbench.control.shells import SineShell
 
 _MOST = 0.3  # of the sampling frequency: a sine of fewer samples a period is no sine
 

@@ -12,7 +12,7 @@ from controllers.shaping import Shaping
 from controllers.tvc import Tvc
 from controllers.velocity import VelocityCompensation
 from workbench.control.compensators import compensated, deflection, surrounded
-from workbench.control.shell import LoadCellShell
+from workbench.control.shells import LoadCellShell
 
 PERIOD = 1e-5  # s: next to continuous
 GAIN, MODE, DAMPING, MASS, AREA = 7.1, 2 * np.pi * 27.4, 0.02, 1000.0, 4.67e-3

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from controllers import AmplitudePhase, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
-from workbench.control.shell import PlanShell
+from workbench.control.shells import PlanShell
 from workbench.control.sine_control import SineControl
 from workbench.loop.capability import Capability
 from workbench.loop.lane_laws import lane_laws

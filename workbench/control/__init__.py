@@ -5,7 +5,7 @@ controller_spec, load_class    a controller of a config: its class, numbers and 
 controller_type        the same for Python: a law called with its numbers
 compensators           filters and static maps that stack on any controller
 law                    the one form of a law: two graphs, a start, numbers; and the controller that Python asks
-shell                  what stands around a law, as graphs: filters, maps, plans, sines, load cells
+shell, shells          what stands around a law, as graphs: filters, maps, plans, sines, load cells
 measured_stiffness     force loops scaled by the stiffness that they measure
 nominal_jack, mode_meter, mode_law    mass, oil and velocity gain measured as a loop moves; a law scheduled by them
 plan                   what a reference goes through that is no filter

@@ -7,7 +7,8 @@ from .discrete_filter import weighted
 from .law import LawController
 from .piecewise_linear import CommandMap
 from .protocol import Controller, graph_law
-from .shell import Around, FilterShell, MapShell, PlanShell, Shell, around
+from .shell import Around, Shell, around
+from .shells import FilterShell, MapShell, PlanShell
 
 if TYPE_CHECKING:
     import control

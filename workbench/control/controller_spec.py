@@ -15,7 +15,7 @@ from .load_class import absolute, load_class
 from .measured_stiffness import MeasuredStiffnessShell, StiffnessMeter
 from .protocol import Controller, design_number, is_number, number
 from .protocol_check import check_controller
-from .shell import LoadCellShell
+from .shells import LoadCellShell
 
 T = TypeVar("T")
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.process_pool import Jobs, process_pool
 from ...control.automatic_tuning import Mode, SmallMoves
-from ...control.shell import SineShell as Sine
+from ...control.shells import SineShell as Sine
 from ...link.bench import bench
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import allowed, is_of

@@ -13,7 +13,7 @@ from ...base.signals import SIGNALS
 from ...engine.kernel import Kernel
 from ..law import Law, law_of_view
 from ..protocol import Controller, graph_law, linear_view
-from ..shell import FilterShell
+from ..shells import FilterShell
 
 _SIZE = {"m": 1e-3, "m/s": 0.1, "m/s^2": 1.0, "Pa": 1e5, "N": 1e3, "A": 1e-3, "1": 0.1}  # of inputs, by unit
 _FREE, _LIMITED, _TRIPPED, _AGAIN = 200, 60, 40, 60  # samples: unlimited, limited, after a trip, started anew

@@ -19,7 +19,8 @@ from ...linear.state_space import StateSpace, state_space
 from ..law import Law
 from ..piecewise_linear import CommandMap, PiecewiseLinear
 from ..planned_law import PlannedLaw
-from ..shell import FilterShell, LoadCellShell, MapShell, Shell, SineShell
+from ..shell import Shell
+from ..shells import FilterShell, LoadCellShell, MapShell, SineShell
 
 SAMPLES = 200
 AGREE = 1e-9  # of the largest command: how near the sections come to the law

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
-from ...control.shell import SineShell
+from ...control.shells import SineShell
 
 _FASTEST = 250.0  # Hz: a load is far slower, and a torque motor as fast
 _SAMPLES = 4  # of a period, at least

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...control.shell import SineShell
+from ...control.shells import SineShell
 from ...records import Record
 from .allowed import is_of
 

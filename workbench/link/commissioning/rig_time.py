@@ -10,7 +10,8 @@ from ...base.checkpoint import Stage
 from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
-from ...control.shell import Around, SineShell
+from ...control.shell import Around
+from ...control.shells import SineShell
 from ...loop.drive_simulation import drive
 from ...records import Record
 from ...records.excitation import Excitation
