@@ -1,8 +1,11 @@
 """Work for the process that reads files, good and bad."""
 
 import os
+import pickle
 import resource
 import signal
+
+import numpy as np
 
 from workbench.base.contained import MOST_MEMORY
 
@@ -38,3 +41,30 @@ def takes_time(path):
 
 def process_number(path):
     yield os.getpid()
+
+
+def arrays(path):
+    yield [np.arange(6.0).reshape(2, 3).T, np.zeros((0, 4), np.int16), [True, None, 1.5, "ä\ud800"]]
+    yield ("x", np.array([2**62 + 1, -1])), np.array([True]), np.float32([np.nan, np.inf])
+
+
+def objects(path):
+    yield np.array([{}, 1], dtype=object)
+
+
+class _Code:
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (f"{self.path}.made",)
+
+
+def subverted(path):
+    """Answer what a file that took the process over may want to."""
+    for descriptor in range(3, 12):
+        try:
+            os.write(descriptor, pickle.dumps(("piece", _Code(path))) + b"\n" * 100)
+        except OSError:
+            continue
+    os._exit(0)

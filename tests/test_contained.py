@@ -80,6 +80,34 @@ def test_a_process_that_reads_ends_with_this_one(path):
         os.kill(child, 0)
 
 
+def test_an_answer_has_all_digits_and_every_shape(path):
+    (table, nothing, others), ((name, whole), flags, singles) = contained(reading_work.arrays, path)
+    np.testing.assert_array_equal(table, np.arange(6.0).reshape(2, 3).T)
+    assert (nothing.shape, nothing.dtype) == ((0, 4), np.int16)
+    assert others == [True, None, 1.5, "ä\ud800"]
+    assert (name, whole.tolist(), flags.tolist()) == ("x", [2**62 + 1, -1], [True])
+    assert singles.dtype == np.float32
+    np.testing.assert_array_equal(singles, [np.nan, np.inf])
+
+
+@pytest.mark.parametrize("work", [reading_work.subverted, reading_work.objects])
+def test_no_answer_is_code_whatever_a_file_makes_of_its_process(path, work):
+    with pytest.raises(InputError, match=r"a.bin: it ends the library that reads it"):
+        list(contained(work, path))
+    assert not Path(f"{path}.made").exists()
+    assert list(contained(reading_work.numbers, path)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [b"[", b'{"type": "|O8", "shape": [1]}', b'{"type": "<f8", "shape": [4000000000]}', b'{"type": 3, "shape": [1]}',
+     b'{"type": "<f8", "shape": [-1]}', b'{"shape": [1]}', b"[" * 100_000, b'{"type": "<f8", "shape": [2]}', b""],
+)  # fmt: skip
+def test_what_is_no_answer_is_none(text):
+    with pytest.raises(EOFError):
+        module._received(io.BufferedReader(io.BytesIO(len(text).to_bytes(8) + text + b"12345678")))
+
+
 # --- the formats
 
 

@@ -1,19 +1,26 @@
 """Readers of files that others made, in a process of their own: a damaged file may end it, or take no more than it may.
 
-The process stays for the next file. One that is ended while it reads is begun again for that file once, so that no file
+What it answers is text and arrays of numbers, of which none is code, whatever a file makes of the process. The process
+stays for the next file. One that is ended while it reads is begun again for that file once, so that no file
 answers for what another left behind.
 """
 
 import atexit
+import json
 import os
-import pickle
+import re
 import signal
 import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
+from importlib import import_module
+from io import BufferedReader
+from math import prod
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+
+import numpy as np
 
 from .errors import InputError, clipped, short_path
 
@@ -31,18 +38,21 @@ _ENVIRONMENT = {
     "ARROW_DEFAULT_MEMORY_POOL": "system",  # others set aside 1 GiB that they do not use
 }
 _BEGIN = "from workbench.base.contained import serve; serve()"
-_LOST = (EOFError, OSError, pickle.UnpicklingError)
+_LOST = (EOFError, OSError)
+_MOST_TEXT = 2**28  # bytes, of an answer without its arrays
+_NUMBERS = re.compile(r"[<>|][biuf]\d{1,2}")  # the types of arrays
 _idle: "list[_Process]" = []
 
 
 def contained(work: Callable[[Path], Iterator[Any]], path: Path) -> Generator[Any, None, None]:
-    """What `work`, a function of a module, yields for a file, piece by piece, from a process with limits.
+    """What `work`, a function of a module, yields for a file, piece by piece, from a process with limits: numbers,
+    text, None, arrays of numbers, and lists of these; a tuple comes as a list.
 
     Raises InputError where `work` does, for any other error in it, and where the process ends: by a fault of a
     library, or by more than MOST_MEMORY or the time that a file of this size may take.
     """
     seconds = _SECONDS + _SECONDS_PER_MEBIBYTE * path.stat().st_size // 2**20
-    process, (kind, value) = _begun((os.getcwd(), seconds, work, path), path, seconds)
+    process, (kind, value) = _begun([os.getcwd(), seconds, work.__module__, work.__name__, str(path)], path, seconds)
     try:
         while kind == "piece":
             yield value
@@ -94,14 +104,14 @@ class _Process:
         """The first answer to a request."""
         self.files += 1
         assert self._process.stdin is not None
-        self._process.stdin.write(pickle.dumps(request))
-        self._process.stdin.flush()
+        _send(self._process.stdin, request)
         return self.answer()
 
     def answer(self) -> tuple[str, Any]:
         """The next answer to the same."""
-        assert self._process.stdout is not None
-        return pickle.load(self._process.stdout)
+        assert isinstance(self._process.stdout, BufferedReader)
+        kind, value = _received(self._process.stdout)
+        return kind, value
 
     def end(self) -> int:
         """End the process; its exit status, where it had ended before."""
@@ -126,6 +136,42 @@ class _Process:
         return InputError(f"{short_path(path)}: it ends the library that reads it ({how}); record or export it again")
 
 
+def _send(stream: IO[bytes], value: Any) -> None:
+    """Write a value: the length of its text, its text, in which an array is its type and shape, then the arrays."""
+    arrays: list[np.ndarray] = []
+
+    def told(array: np.ndarray) -> dict[str, Any]:
+        arrays.append(np.ascontiguousarray(array))
+        return {"type": array.dtype.str, "shape": array.shape}
+
+    text = json.dumps(value, default=told).encode()
+    stream.write(len(text).to_bytes(8))
+    stream.write(text)
+    for array in arrays:
+        stream.write(array.data if array.size else b"")
+    stream.flush()
+
+
+def _received(stream: BufferedReader) -> Any:
+    """The value that was sent. Raises EOFError where there is none, or what is no value."""
+
+    def array(told: dict[str, Any]) -> np.ndarray:
+        if not _NUMBERS.fullmatch(told["type"]) or prod(told["shape"]) * int(told["type"][2:]) > MOST_MEMORY:
+            raise ValueError
+        values = np.empty(told["shape"], told["type"])
+        if values.size and stream.readinto(values.reshape(-1).view(np.uint8).data) != values.nbytes:
+            raise EOFError
+        return values
+
+    size = int.from_bytes(stream.read(8))
+    if not 0 < size <= _MOST_TEXT:
+        raise EOFError
+    try:
+        return json.loads(stream.read(size), object_hook=array)
+    except (ValueError, TypeError, KeyError, RecursionError, MemoryError):
+        raise EOFError from None
+
+
 @atexit.register
 def _end_all() -> None:
     while _idle:
@@ -134,7 +180,7 @@ def _end_all() -> None:
 
 def serve() -> None:
     """Read one file after the other, as the process that asks says, until it asks for no more."""
-    requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    requests, answers = os.fdopen(0, "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no answer
     if resource is not None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -143,7 +189,7 @@ def serve() -> None:
         if resource is not None:
             signal.alarm(_IDLE)
         try:
-            folder, seconds, work, path = pickle.load(requests)
+            folder, seconds, module, name, path = _received(requests)
         except EOFError:
             os._exit(0)
         os.chdir(folder)
@@ -151,9 +197,8 @@ def serve() -> None:
             signal.alarm(0)
             used = resource.getrusage(resource.RUSAGE_SELF)
             _lower(resource.RLIMIT_CPU, int(used.ru_utime + used.ru_stime) + seconds)
-        for answer in _answers(work, path):
-            pickle.dump(answer, answers, pickle.HIGHEST_PROTOCOL)
-            answers.flush()
+        for answer in _answers(getattr(import_module(module), name), Path(path)):
+            _send(answers, answer)
 
 
 def _lower(limit: int, most: int) -> None:

@@ -1,9 +1,10 @@
 """A foreign file by its suffix."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import astuple
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ...base.contained import contained
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
 from .origin import since_first_row
-from .source import Source
+from .source import Heading, Source
 
 _PIECE = 2**22  # numbers that come from the other process at once
 _TEXT = "csv_text:read_csv"
@@ -56,16 +57,15 @@ def open_foreign(path: Path) -> Source:
     if READERS[suffix_of(path)] == _TEXT:
         return _read(path)
     pieces = contained(_pieces, path)
-    source: Source = next(pieces)
+    headings, period, notes = next(pieces)
 
     def blocks() -> Iterator[Sequence[np.ndarray]]:
-        for piece in pieces:
-            if not isinstance(piece, Source):
-                yield piece
-            else:
-                source.notes[:] = piece.notes
+        for block, said in pieces:
+            notes[:] = said
+            if block:
+                yield block
 
-    return replace(source, blocks=blocks())
+    return Source(tuple(Heading(*each) for each in headings), blocks(), period, notes)
 
 
 def _read(path: Path) -> Source:
@@ -74,12 +74,12 @@ def _read(path: Path) -> Source:
     return since_first_row(reader(path))
 
 
-def _pieces(path: Path) -> Iterator[Source | Sequence[np.ndarray]]:
-    """What is known of a recording, its blocks, and what is known when these have been read."""
+def _pieces(path: Path) -> Iterator[Sequence[Any]]:
+    """What is known of a recording, then its blocks, each with what is said of it by then."""
     source = _read(path)
-    yield replace(source, blocks=iter(()))
+    yield [astuple(heading) for heading in source.headings], source.period, source.notes
     rows = max(1, _PIECE // max(1, len(source.headings)))
     for block in source.blocks:
         for first in range(0, len(block[0]) if block else 0, rows):
-            yield [values[first : first + rows] for values in block]
-    yield replace(source, blocks=iter(()))
+            yield [values[first : first + rows] for values in block], source.notes
+    yield [], source.notes
