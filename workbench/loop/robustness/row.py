@@ -18,7 +18,8 @@ _WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst
 def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dict[str, Any]:
     """One row: quantiles count a plant that never settles as the slowest; None where that is one.
 
-    `times_limit`: the time in which 99 % settle, over the `limit` [s] of the nominal rig at mid stroke.
+    `failing`: on how many plants anything is wrong. `times_limit`: the time in which 99 % settle, over the `limit` [s]
+    of the nominal rig at mid stroke.
     """
     columns = kept.lanes  # each is read where it is needed: all at once would be 43 bytes a plant
     settling = columns["settling_s"]
@@ -31,6 +32,7 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
         "controller": kept.spec.name,
         "plants": len(settling),
         **{key: int(columns[key].sum()) for key in ("unstable", "tripped", "hunting")},
+        "failing": int(((bad > 0) | columns["held_unstable"].astype(bool)).sum()),
         "settling_p50_s": p50,
         "settling_p99_s": p99,
         "settling_worst_s": worst,
