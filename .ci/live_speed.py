@@ -4,7 +4,7 @@
 
 Each move of the mouse counts from its event to the first frame that is painted with its number or a newer one. What
 server and browser compute for a picture is also given in CPU time, all their threads together, which says more where
-the machine has other work.
+the machine has other work. docs/how/live.png is the first picture of first_loop.
 """
 
 import argparse

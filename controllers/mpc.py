@@ -45,7 +45,7 @@ class Mpc(LawController):
         horizon: float = number("s", 5e-3, 1.0, "how far a plan looks ahead", 0.08)
         moves: float = number("1", 1.0, 50.0, "changes c in a plan, the later the longer", 14.0)
         iterations: float = number("1", 10.0, 1e4, "cap on the solver's iterations", 100.0)
-        preview: float = number("s", 0.0, 1.0, "how far ahead the reference is known", 0.0)
+        preview: float = number("s", 0.0, 0.25, "how far ahead the reference is known", 0.0)
 
     def __init__(self, design: Design, period: float) -> None:
         d, observer = design, JackObserver(design, period)

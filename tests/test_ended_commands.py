@@ -6,7 +6,10 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
+from http.client import HTTPConnection
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -44,6 +47,24 @@ def shared(rows):
 if __name__ == "__main__":
     options.listing_text = shared
     sys.exit(main(["list", "rigs"]))
+"""
+
+LIMIT = """
+import sys, time
+from pathlib import Path
+from workbench.cli import main
+from workbench.commands.live import limit
+
+def work(step):
+    Path(sys.argv[1], "busy").touch()
+    time.sleep(60)
+
+def make():
+    return work
+
+if __name__ == "__main__":
+    limit.limit_finder = make
+    sys.exit(main(["live", "position_step"]))
 """
 
 
@@ -175,3 +196,17 @@ def test_who_ignores_hang_ups_goes_on(tmp_path, monkeypatch):
         assert main(["list", "rigs"]) == 0
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_a_live_page_ends_at_once_though_a_limit_is_being_solved(tmp_path):
+    (tmp_path / "script.py").write_text(LIMIT)
+    words = [sys.executable, str(tmp_path / "script.py"), str(tmp_path)]
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        address = urlsplit(process.stdout.readline().split()[0])
+        asked = {"controller": "p-dp", "scenario": "position-10mm"}
+        with closing(HTTPConnection(address.netloc)) as page:
+            page.request("POST", f"{address.path}limit", json.dumps(asked), {"Origin": f"http://{address.netloc}"})
+            until((tmp_path / "busy").exists, process)
+            process.send_signal(signal.SIGTERM)
+        assert process.communicate(timeout=20) == ("", "")
+        assert process.returncode == 0

@@ -3,15 +3,17 @@
 import gc
 import http.client
 import json
+import os
 import signal
 import subprocess
 import sys
 import threading
 from base64 import b64decode
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -21,11 +23,14 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.page_server import page_server
 from workbench.commands.common.step_experiment import load_steps
+from workbench.commands.live.answer import drawn_rows
 from workbench.commands.live.config import load_live
 from workbench.commands.live.page import page_files
 from workbench.commands.live.plants import RigPoint, moved_lanes, set_lanes
 from workbench.commands.live.session import Session
 from workbench.commands.live.sliders import design_sliders
+from workbench.commands.live.view import step_part
+from workbench.engine import kernel, object_cache
 from workbench.loop.limit import settling_limit
 from workbench.loop.rows import judge, linear_loops
 from workbench.loop.tuning.problem import with_number
@@ -207,6 +212,27 @@ def test_axes_go_with_the_curves(session, at_rest, gain):
             assert inside(floats(curve[name])[loud], axis)
 
 
+@pytest.mark.parametrize("gain", [3.0, 30.0])
+def test_a_step_is_drawn_as_it_is(session, at_rest, gain):
+    asked = {**ASKED, "numbers": {"gain": gain}}
+    request = session._request(asked)
+    lanes = session._lanes_at(request)
+    played = step_part(lanes, request.controller.build(lanes.rig.period.value), request.task)
+    shown = session.view(asked)["steps"]
+    curves = ("t", "y", 1e3 * played.y), ("command_t", "command", played.command)
+    for (t, name, true), axis in zip(curves, shown["axes"], strict=True):
+        for points, lane in zip(floats(shown[name]).reshape(len(true), -1), true, strict=True):
+            assert np.interp(played.t, floats(shown[t]), points) == pytest.approx(lane, abs=0.01 * (axis[1] - axis[0]))
+    assert len(floats(shown["t"])) < (100 if gain < 10 else 1100)
+
+
+def test_curves_of_noise_have_a_bounded_number_of_points():
+    noise = np.random.default_rng(0).standard_normal((3, 20_000))
+    rows = drawn_rows(noise, 1e-3)
+    assert len(rows) <= 2000
+    assert rows[0] == 0
+
+
 def test_nichols_curves_have_no_kinks(session):
     for curve in session.view(ASKED)["linear"]["open"]:
         gain, phase = floats(curve["gain"]), floats(curve["phase"])
@@ -224,6 +250,71 @@ def test_what_is_remembered_of_moves_does_not_grow(session, at_rest):
 
     before = objects(np.linspace(2.0, 3.0, 70).tolist())
     assert objects(np.linspace(3.0, 4.0, 30).tolist()) - before < 60
+
+
+def test_machine_code_of_structures_that_nobody_looks_at_is_not_kept(monkeypatch):
+    monkeypatch.setattr(object_cache, "_RECENT", {})
+    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    session = Session(load_live(EXPERIMENTS / "position_mpc.toml"))
+
+    def libraries(horizons):
+        for horizon in horizons:  # [ms]
+            session.view({**ASKED, "controller": "mpc", "numbers": {"horizon": horizon}})
+        gc.collect()
+        return len(object_cache._LOADED)
+
+    loaded = libraries(range(11, 15))
+    kernel._code.cache_clear()  # of the shapes that were looked at last
+    assert libraries(range(15, 19)) <= loaded
+
+
+class AtRandom:
+    """Requests of a page on which everything is moved."""
+
+    def __init__(self, session, seed):
+        self.random, self.start = Random(seed), session.start()
+
+    def number(self, slider):
+        low, high = slider["low"], slider["high"]
+        if self.random.random() < 0.1:
+            return self.random.choice(slider["bounds"])
+        if not slider["log"] or not low:
+            return low if self.random.random() < 0.3 else self.random.uniform(low, high)
+        return min(max(low * (high / low) ** self.random.random(), low), high)
+
+    def numbers(self, sliders, most):
+        moved = self.random.sample(sliders, self.random.randint(0, min(most, len(sliders))))
+        return {slider["name"].removeprefix("rig."): self.number(slider) for slider in moved}
+
+    def request(self):
+        name = self.random.choice(list(self.start["controllers"]))
+        return {
+            "controller": name,
+            "scenario": self.random.choice(self.start["scenarios"]),
+            "amplitude": self.random.choice(self.start["amplitudes"]),
+            "numbers": self.numbers(self.start["controllers"][name], 4),
+            "rig": self.numbers(self.start["rigSliders"], 4),
+        }
+
+
+def resident():
+    """Memory of this process [MB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_memory_is_bounded_whatever_is_moved():
+    """FUZZ_LIVE: how many requests, with machine code for other structures among them."""
+    requests = int(os.environ.get("FUZZ_LIVE", "0"))
+    session = Session(load_live(EXPERIMENTS / "benchmark.toml" if requests else STEP))
+    page, most = AtRandom(session, 59), []
+    for k in range(requests or 200):
+        answer = session.after if requests and k % 50 == 0 else session.view
+        with suppress(InputError):  # the rig that was asked for is none
+            answer(page.request())
+        most.append(resident())
+    assert most[-1] - most[len(most) // 4] < (150 if requests else 30)  # MB
 
 
 @pytest.mark.parametrize(

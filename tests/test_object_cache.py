@@ -1,8 +1,10 @@
 """Machine code is kept for the next start: whole, the user's own, and made again where it is neither."""
 
+import ctypes
 import os
 from dataclasses import replace
 from pathlib import Path
+from weakref import WeakValueDictionary, ref
 
 import casadi as ca
 import numpy as np
@@ -20,7 +22,7 @@ from workbench.rigs.platform import load_platform
 def fresh_cache(tmp_path: Path, monkeypatch) -> Path:
     """An empty cache folder, and a process that has loaded nothing."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(object_cache, "_LOADED", {})
+    monkeypatch.setattr(object_cache, "_LOADED", WeakValueDictionary())
     return tmp_path / "jackbench"
 
 
@@ -30,7 +32,7 @@ def square() -> float:
 
 
 def restart(monkeypatch, compiler: object) -> None:
-    monkeypatch.setattr(object_cache, "_LOADED", {})
+    monkeypatch.setattr(object_cache, "_LOADED", WeakValueDictionary())
     monkeypatch.setattr(object_cache, "_compile", compiler)
 
 
@@ -39,6 +41,55 @@ def test_the_second_start_needs_no_compiler(fresh_cache: Path, monkeypatch) -> N
     assert len(list(fresh_cache.iterdir())) == 1
     restart(monkeypatch, None)
     assert square() == 9
+
+
+_ADDS = """define double @add_{0}(double %x) {{
+  %y = fadd double %x, {0}.0
+  ret double %y
+}}"""
+_TWICE = """declare double @add_{0}(double)
+define double @twice_{0}(double %x) {{
+  %y = call double @add_{0}(double %x)
+  %z = call double @add_{0}(double %y)
+  ret double %z
+}}"""
+
+
+def library(text: str, name: str, number: int) -> object_cache.Library:
+    text = text.format(number)
+    return object_cache.load(("test", text), lambda: text, (f"{name}_{number}",))
+
+
+def called(library: object_cache.Library, name: str, x: float) -> float:
+    return ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(library[name])(x)
+
+
+@pytest.mark.usefixtures("fresh_cache")
+def test_code_stays_in_memory_as_long_as_it_is_held_or_of_the_latest(monkeypatch) -> None:
+    held = library(_ADDS, "add", 1)
+    monkeypatch.setattr(object_cache, "_RECENT", {})
+    monkeypatch.setattr(object_cache, "_KEPT", 3.5 * held.size)
+    others = {number: ref(library(_ADDS, "add", number)) for number in range(2, 22)}
+    assert [number for number, other in others.items() if other()] == [19, 20, 21]
+    library(_ADDS, "add", 19)  # asked for again
+    library(_ADDS, "add", 22)
+    assert [number for number, other in others.items() if other()] == [19, 21]
+    assert called(held, "add_1", 1.0) == 2.0
+    assert library(_ADDS, "add", 1) is held
+
+
+@pytest.mark.usefixtures("fresh_cache")
+def test_code_that_other_code_calls_stays_with_it(monkeypatch) -> None:
+    monkeypatch.setattr(object_cache, "_RECENT", {})
+    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    adds = library(_ADDS, "add", 5)
+    object_cache.provide("add_5", adds)
+    twice, within = library(_TWICE, "twice", 5), ref(adds)
+    del adds
+    assert called(twice, "twice_5", 1.0) == 11.0
+    assert within() is not None
+    del twice
+    assert within() is None
 
 
 def test_a_damaged_entry_is_compiled_again(fresh_cache: Path, monkeypatch) -> None:
@@ -76,7 +127,7 @@ def test_an_entry_that_others_could_have_written_is_compiled_again(fresh_cache, 
 def test_without_a_folder_to_write_to_nothing_is_kept(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    monkeypatch.setattr(object_cache, "_LOADED", {})
+    monkeypatch.setattr(object_cache, "_LOADED", WeakValueDictionary())
     assert square() == 9
 
 

@@ -267,6 +267,7 @@ def written(tmp_path: Path, change) -> Path:
         (lambda text: text.replace("[payload]", "[payload]\nmas = 1"), "unknown key"),
         (lambda text: text[: text.rindex("[[leg]]")], "has 5 tables"),
         (lambda text: text.replace(", 0.0]", "]", 1), "three coordinates"),
+        (lambda text: text.replace("at = [2.376643", "at = [1e6", 1), "outside -100 to 100 m"),
         (lambda text: text.replace('rig = "jack-10t"', 'rig = "jack-11t"'), "no bundled rig"),
         (lambda text: text.replace("[[leg]]", "[[leg]]\njack = {beta = 3}", 1), "leg.1.jack.beta"),
         (lambda text: text.replace('unit = "m", source = "radius 2.4', 'unit = "s", source = "radius 2.4', 1), "unit"),

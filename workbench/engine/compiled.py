@@ -26,8 +26,9 @@ class _Kernel:
     def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> None:
         self._made_of = attempt, outputs, width, commands
         write = partial(module, attempt, outputs, width, object_cache.fused(), commands)
-        addresses = object_cache.functions(_key(attempt, outputs, width, commands), write, ("run", "outputs"))
-        self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address) for address in addresses)
+        names = "run", "outputs"
+        self.library = object_cache.load(_key(attempt, outputs, width, commands), write, names)
+        self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self.library[name]) for name in names)
 
     def __deepcopy__(self, memo: dict[int, object]) -> "_Kernel":
         return self
@@ -126,8 +127,7 @@ class CompiledPlant:
     def stepping(self) -> "SteppingCode":
         """What steps this plant from machine code: addresses of its functions, and buffers of its own for them."""
         buffers = CallBuffers(self._n, self._m, self._p, self._k, self._stepping)
-        run, outputs = (ctypes.cast(each, ctypes.c_void_p).value for each in (self._single.run, self._single.outputs))
-        return SteppingCode(run or 0, outputs or 0, buffers)
+        return SteppingCode(self._single.library, buffers)
 
     def _advanced(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None) -> bool:
         """Whether the steps went well; then the buffer has the state after the duration."""
@@ -246,11 +246,10 @@ class CompiledPlant:
 
 @dataclass(frozen=True)
 class SteppingCode:
-    """Addresses of a plant's `run` and `outputs`, and the buffers with the jobs that they take: state and inputs stand
-    in `x` and `u`, the state after in `reached`, outputs in `y`."""
+    """A plant's `run` and `outputs`, and the buffers with the jobs that they take: state and inputs stand in `x` and
+    `u`, the state after in `reached`, outputs in `y`."""
 
-    run: int
-    outputs: int
+    library: object_cache.Library
     buffers: "CallBuffers"
 
 

@@ -23,6 +23,7 @@ TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
 RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has taken more than these has failed
+_LAWS = 32  # whose machine code an engine holds
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
 
@@ -44,16 +45,17 @@ class Engine:
         self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
-        self._laws: dict[InstantShape, SampledLaw] = {}
+        self._laws: dict[InstantShape, SampledLaw] = {}  # the latest at the end
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the addresses of laws, which are of this process."""
         return self.__dict__ | {"_laws": {}}
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Engine":
-        """With a back end of its own, which has places for one call at a time; plant and laws are shared."""
+        """With a back end of its own, which has places for one call at a time; the plant is shared, and so are laws as
+        far as they are there."""
         other = copy(self)
-        other._runs, other._laws = deepcopy(self._runs, memo), self._laws
+        other._runs, other._laws = deepcopy(self._runs, memo), dict(self._laws)
         return other
 
     def __repr__(self) -> str:
@@ -139,13 +141,23 @@ class Engine:
         """
         if self.back_end != "compiled":
             raise NotCompiled(f"{self.note}; a sampled law runs compiled only")
+        law, runs = self._law(shape), cast("CompiledPlant", self._runs)
+        library = law.block if runs.in_blocks(len(x0)) else law.single
+        return runs.run_sampled(library["sample"], x0, durations, state, rows, numbers, shape.width_out, every, p)
+
+    def has_law(self, shape: "InstantShape") -> bool:
+        """Whether the machine code of a sampled law is there."""
+        return shape in self._laws
+
+    def _law(self, shape: "InstantShape") -> "SampledLaw":
+        """Of those that it has made the latest stay."""
         from .sampled_law import compile_law
 
-        if shape not in self._laws:
-            self._laws[shape] = compile_law(self.plant, shape)
-        law, runs = self._laws[shape], cast("CompiledPlant", self._runs)
-        address = law.block if runs.in_blocks(len(x0)) else law.single
-        return runs.run_sampled(address, x0, durations, state, rows, numbers, shape.width_out, every, p)
+        law = self._laws.pop(shape, None) or compile_law(self.plant, shape)
+        self._laws[shape] = law
+        for oldest in list(self._laws)[:-_LAWS]:  # another thread may be here too
+            self._laws.pop(oldest, None)
+        return law
 
     def check_pace(self, attempts: int, seconds: float) -> None:
         """Raises InputError for so many attempts of a run that failed within so many seconds, where it was given up:

@@ -23,6 +23,8 @@ import numpy as np
 if TYPE_CHECKING:
     import casadi as ca
 
+    from .object_cache import Library
+
 _TABLES: "WeakValueDictionary[int, Kernel]" = WeakValueDictionary()  # by the address of their numbers
 _OF_SIZES = {ast.Add: add, ast.Mult: mul}
 
@@ -84,9 +86,9 @@ class KernelShape:
         return f"{self.function.__name__}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
     @property
-    def code(self) -> int | None:
-        """Address of the machine code of `name(given, found)`, whose last given number is the address of the tables;
-        None where this machine cannot compile."""
+    def code(self) -> "Library | None":
+        """The machine code of `name(given, found)`, whose last given number is the address of the tables; None where
+        this machine cannot compile."""
         return _code(self)
 
     @property
@@ -107,8 +109,9 @@ class Kernel:
         _TABLES[address] = self
         self._given, self._found = np.zeros(shape.given + 1), np.zeros(shape.found)
         self._given[-1] = self.handle
-        code = shape.code
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(code) if code else None
+        self._library = shape.code  # code that calls it finds it as long as a kernel of its shape lives
+        call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+        self._call = call(self._library[shape.name]) if self._library else None
         self._addresses = self._given.ctypes.data, self._found.ctypes.data
         self.in_graphs: Callable[[np.ndarray], np.ndarray] = self
 
@@ -135,17 +138,17 @@ class Kernel:
 
 
 @lru_cache(maxsize=64)
-def _code(shape: KernelShape) -> int | None:
+def _code(shape: KernelShape) -> "Library | None":
     try:
         from . import object_cache
         from .kernel_code import kernel_code
 
         text = kernel_code(shape)
-        (address,) = object_cache.functions(("kernel", text), lambda: text, (shape.name,), optimised=True)
+        library = object_cache.load(("kernel", text), lambda: text, (shape.name,), optimised=True)
     except (ImportError, OSError, RuntimeError):
         return None
-    object_cache.provide(shape.name, address)
-    return address
+    object_cache.provide(shape.name, library)
+    return library
 
 
 @lru_cache(maxsize=64)

@@ -7,39 +7,79 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
-from itertools import count
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from weakref import WeakValueDictionary, finalize
 
 import llvmlite.binding as llvm
 
 from ..base.private_cache import store, stored
 from .vector_math import LIBM
 
-_LOADED: dict[str, Any] = {}  # by key: libraries stay for the life of the process
-_PROVIDED: dict[str, int] = {}  # addresses of functions that other code calls
+_KEPT = 32_000_000  # bytes of code that stay in memory though nobody holds them
+
+
+class Library:
+    """The functions of some machine code, by name: their addresses are good as long as somebody holds the library."""
+
+    def __init__(self, code: bytes, names: Sequence[str]) -> None:
+        self.size = len(code)
+        self._called = [library for name, library in list(_PROVIDED.items()) if name.encode() in code]
+        builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+        for symbol, address in _c_library().items():
+            builder.import_symbol(symbol, address)
+        for name, library in list(_PROVIDED.items()):
+            builder.import_symbol(name, library[name])
+        for exported in names:
+            builder.export_symbol(exported)
+        # The linker keeps the sections of an object together, which must be within 2 GB of each other; one that all
+        # objects share would keep a part of each, when that is unloaded.
+        jit = llvm.create_lljit_compiler(_target(), use_jit_link=True)
+        tracker = builder.link(jit, "plant")
+        self._addresses = {name: tracker[name] for name in names}
+        finalize(self, _unload, tracker, jit).atexit = False  # then threads may still be in it
+
+    def __getitem__(self, name: str) -> int:
+        return self._addresses[name]
+
+
+def _unload(tracker: llvm.ResourceTracker, jit: llvm.LLJIT) -> None:
+    tracker.close()
+    jit.close()
+
+
+_LOADED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by key
+_PROVIDED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by a function that other code calls
+_RECENT: dict[str, Library] = {}  # what was asked for last, of `_KEPT` bytes at most, the latest at the end
 _ONE_AT_A_TIME = Lock()
-_NUMBERS = count()
 
 
-def functions(key: Sequence[str], write: Callable[[], str], names: Sequence[str], optimised: bool = False) -> list[int]:
-    """Addresses of the named functions of the IR that `write` returns; `key` tells it from every other IR.
+def load(key: Sequence[str], write: Callable[[], str], names: Sequence[str], optimised: bool = False) -> Library:
+    """The named functions of the IR that `write` returns; `key` tells it from every other IR.
 
     `optimised`: IR with loops and variables in memory, which the compiler is to work on first.
     """
     digest = _digest(key)
     with _ONE_AT_A_TIME:
-        if digest not in _LOADED:
+        library = _LOADED.get(digest)
+        if library is None:
             name = f"{digest}.o"
-            code = stored(name) or store(name, _compile(write(), optimised))
-            _LOADED[digest] = _link(code, names)
-    return [_LOADED[digest][name] for name in names]
+            library = Library(stored(name) or store(name, _compile(write(), optimised)), names)
+        _LOADED[digest] = library
+        _keep(digest, library)
+    return library
 
 
-def provide(name: str, address: int) -> None:
-    """Let IR that is linked from now on call a function of this name."""
-    _PROVIDED[name] = address
+def _keep(digest: str, library: Library) -> None:
+    _RECENT.pop(digest, None)
+    _RECENT[digest] = library
+    while sum(each.size for each in _RECENT.values()) > _KEPT:
+        del _RECENT[next(iter(_RECENT))]
+
+
+def provide(name: str, library: Library) -> None:
+    """Let IR that is linked from now on, and holds the library, call its function of this name."""
+    _PROVIDED[name] = library
 
 
 def compiled(key: Sequence[str]) -> bool:
@@ -93,22 +133,6 @@ def _compile(ir: str, optimised: bool) -> bytes:
         passes = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=3))
         passes.getModulePassManager().run(code, passes)
     return _target().emit_object(code)
-
-
-@cache
-def _jit() -> llvm.LLJIT:
-    """With the linker that keeps the sections of an object together: they must be within 2 GB of each other, and the
-    address space of a process with other large libraries may have no such place beside the first one."""
-    return llvm.create_lljit_compiler(_target(), use_jit_link=True)
-
-
-def _link(code: bytes, names: Sequence[str]) -> Any:
-    builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
-    for symbol, address in (_c_library() | _PROVIDED).items():
-        builder.import_symbol(symbol, address)
-    for exported in names:
-        builder.export_symbol(exported)
-    return builder.link(_jit(), f"plant{next(_NUMBERS)}")
 
 
 @cache

@@ -243,10 +243,10 @@ def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: Parts) -> tuple[ca.S
 
 @dataclass(frozen=True)
 class SampledLaw:
-    """Machine code of a plant's sampling instants: its addresses for one lane and for blocks of lanes."""
+    """Machine code of a plant's sampling instants, `sample`: for one lane and for blocks of lanes."""
 
-    single: int
-    block: int
+    single: object_cache.Library
+    block: object_cache.Library
 
 
 def compile_law(plant: Plant, shape: InstantShape) -> SampledLaw:
@@ -255,23 +255,23 @@ def compile_law(plant: Plant, shape: InstantShape) -> SampledLaw:
     Raises OSError or RuntimeError where this machine cannot compile.
     """
     graph, fused = shape.instant(plant), object_cache.fused()
-    addresses = []
+    libraries = []
     for width in (1, object_cache.vector_width()):
         key = ("sample", graph.serialize(), str(width), str(fused), str(shape))
         write = partial(_module, graph, plant, shape, width, fused)
-        addresses += object_cache.functions(key, write, ("sample",))
-    return SampledLaw(*addresses)
+        libraries.append(object_cache.load(key, write, ("sample",)))
+    return SampledLaw(*libraries)
 
 
-def compile_controller(shape: LawShape) -> int:
-    """Address of the machine code `controller(law, row, numbers, out)` of a law and its guard: the state at `law`
-    changes in place, `out` gets the command sent, the one demanded, and the trip.
+def compile_controller(shape: LawShape) -> object_cache.Library:
+    """Machine code `controller(law, row, numbers, out)` of a law and its guard: the state at `law` changes in place,
+    `out` gets the command sent, the one demanded, and the trip.
 
     Raises OSError or RuntimeError where this machine cannot compile.
     """
     graph, fused = controller_instant(shape), object_cache.fused()
     key = ("controller", graph.serialize(), str(fused), str(shape))
-    return object_cache.functions(key, partial(_controller_module, graph, shape, fused), ("controller",))[0]
+    return object_cache.load(key, partial(_controller_module, graph, shape, fused), ("controller",))
 
 
 def _controller_module(graph: ca.Function, shape: LawShape, fused: bool) -> str:

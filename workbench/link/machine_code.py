@@ -43,8 +43,9 @@ class LinkJob(ctypes.Structure):
 @dataclass(frozen=True)
 class RigCode:
     """Its functions, each of a LinkJob: `sample`, `step`, `answer`, the two that serve until Python is needed, and
-    `idle`, which only keeps the clock."""
+    `idle`, which only keeps the clock. They are there as long as their library is held."""
 
+    library: object_cache.Library
     sample: Callable[[int], None]
     step: Callable[[int], None]
     answer: Callable[[int], None]
@@ -60,10 +61,10 @@ def rig_code() -> RigCode:
         raise OSError("its sockets and its clock are those of Linux and macOS")
     names = ("sample", "step", "answer", "lockstep", "realtime", "idle")
     text = _written_out((Path(__file__).parent / "rig.ll").read_text(encoding="utf-8"))
-    addresses = object_cache.functions(("link", text), lambda: text, names)
+    library = object_cache.load(("link", text), lambda: text, names)
     results = (None, None, None, ctypes.c_int64, ctypes.c_int64, None)
     kinds = (ctypes.CFUNCTYPE(result, ctypes.c_void_p) for result in results)
-    return RigCode(*(kind(address) for kind, address in zip(kinds, addresses, strict=True)))
+    return RigCode(library, *(kind(library[name]) for kind, name in zip(kinds, names, strict=True)))
 
 
 def set_addresses(job: LinkJob, **arrays: np.ndarray) -> None:

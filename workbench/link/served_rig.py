@@ -192,7 +192,7 @@ class ServedRig:
         set_addresses(self.job, **self._arrays, **own, failed=buffers.failed, reached=buffers.reached)
         job, run_job, output_job = self.job, buffers.run_job, buffers.output_job
         job.run, job.outputs, job.run_job, job.output_job = (
-            stepping.run, stepping.outputs, buffers.run_address, buffers.output_address,
+            stepping.library["run"], stepping.library["outputs"], buffers.run_address, buffers.output_address,
         )  # fmt: skip
         job.run_next = buffers.run_address + type(run_job).next.offset
         job.first_step = buffers.run_address + type(run_job).first_step.offset

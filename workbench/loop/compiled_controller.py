@@ -33,8 +33,8 @@ class CompiledController:
         self._ahead = 1 + law.preview
         self._row, self._out = np.zeros(self._ahead + 1 + len(self._read)), np.zeros(_OUT)
         self._state = np.zeros((1, length(law_shape.state)))
-        call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)
-        self._code = call(compile_controller(law_shape))
+        self._library = compile_controller(law_shape)
+        self._code = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(self._library["controller"])
         self._numbers = np.zeros((1, length(law_shape.numbers)))
         self._addresses: tuple[int, ...] = ()
 

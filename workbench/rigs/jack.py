@@ -8,7 +8,7 @@ from ..base.units import Spec
 _COMMON = {
     "S": Spec("m", 1e-3, 20.0, "stroke between the end stops"),
     "xmid": Spec("m", -20.0, 20.0, "position signal at mid stroke"),
-    "Cl": Spec("m^3/s/Pa", 0.0, 1e-8, "laminar leakage between the chambers"),
+    "Cl": Spec("m^3/s/Pa", 0.0, 1e-9, "laminar leakage between the chambers"),
     "ke": Spec("N/m", 1e3, 1e11, "stiffness of an end stop"),
     "ce": Spec("N s/m", 0.0, 1e8, "damping of an end stop"),
 }

@@ -23,7 +23,7 @@ LIMITS = {
     "force": Spec("N", 1.0, 1e8, "capacity of the load cell"),
     "command_rate": Spec("1/s", 1e-2, 1e6, "allowed rate of the command"),
     "pressure": Spec("Pa", 1e4, 1e9, "allowed pressure of a chamber"),
-    "least_pressure": Spec("Pa", -1e9, 1e8, "least pressure of a chamber that is allowed"),
+    "least_pressure": Spec("Pa", -1e7, 1e8, "least pressure of a chamber that is allowed"),
     "command": Spec("1", 1e-3, 1.0, "largest command"),
     "following_error": Spec("m", 1e-6, 20.0, "allowed distance of the position from its reference"),
     "flow_error": Spec("1", 0.01, 10.0, "share of the travel that spool and pressures say, by which it may be another"),

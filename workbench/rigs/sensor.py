@@ -10,6 +10,9 @@ from ..base.table import Table
 from ..base.units import Spec
 from .number import shortest
 
+_MOST = {"m": 1.0, "m/s": 10.0, "m/s^2": 1e3, "Pa": 1e8, "N": 1e7, "A": 1.0, "1": 1.0, "m^3/s": 1.0, "rad/s": 1e3}
+_ANY = 1e12  # of any other unit
+
 
 @dataclass(frozen=True)
 class Sensor:
@@ -29,9 +32,15 @@ def read_sensors(table: Table, signals: Mapping[str, Signal] = SIGNALS) -> dict[
     sensors = {}
     for name in table.allow(*signals):
         part = table.table(name, "noise", "resolution")
-        spec = Spec(signals[name].si, 0.0, float("inf"), "")
-        sensors[name] = Sensor(*(part.quantity(key, spec, "source") for key in ("noise", "resolution")))
+        specs = sensor_specs(signals[name])
+        sensors[name] = Sensor(*(part.quantity(key, spec, "source") for key, spec in specs.items()))
     return sensors
+
+
+def sensor_specs(signal: Signal) -> dict[str, Spec]:
+    """The numbers of a sensor: what scatters by more than it can measure is none."""
+    meanings = {"noise": "standard deviation of a sensor's noise", "resolution": "quantum of a sensor"}
+    return {key: Spec(signal.si, 0.0, _MOST.get(signal.si, _ANY), meaning) for key, meaning in meanings.items()}
 
 
 def sensor_entry(signal: Signal, sensor: Sensor) -> dict[str, Any]:

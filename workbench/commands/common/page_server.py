@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from hmac import compare_digest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from secrets import token_urlsafe
@@ -42,7 +42,7 @@ class PageServer(ThreadingHTTPServer):
         super().__init__((_HOST, port), _Handler)
         self.token = token_urlsafe(24)
         self.host = f"{_HOST}:{self.server_address[1]}"
-        self.files, self.answers = files, answers
+        self.files, self.answers, self._ended = files, answers, False
 
     @property
     def address(self) -> str:
@@ -50,15 +50,17 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{self.host}/{self.token}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away while it is answered is no error."""
-        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+        """A browser that goes away while it is answered is no error, and what is not answered in the end is none."""
+        if not (self._ended or isinstance(sys.exception(), ConnectionError | TimeoutError)):
             super().handle_error(request, client_address)
 
     def serve(self) -> None:
-        """Print the address, and answer until Ctrl-C."""
-        with suppress(KeyboardInterrupt):
-            print(f"{self.address} (Ctrl-C ends it)", flush=True)
+        """Print the address, and answer until Ctrl-C, which is raised."""
+        print(f"{self.address} (Ctrl-C ends it)", flush=True)
+        try:
             self.serve_forever(poll_interval=0.1)
+        finally:
+            self._ended = True
 
 
 @contextmanager

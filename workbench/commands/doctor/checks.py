@@ -90,10 +90,10 @@ def _machine_code() -> Check:
     """Compiles, links and calls a sum; a system that forbids code made at run time fails here."""
     advice = "pip install llvmlite; without it plants run through an interpreter, many times slower"
     try:
-        from ...engine.object_cache import functions, vector_width
+        from ...engine.object_cache import load, vector_width
 
-        (address,) = functions(["doctor"], lambda: _IR, ["sum"])
-        works = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)(address)(1.0, 2.0) == 3.0
+        library = load(["doctor"], lambda: _IR, ["sum"])
+        works = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)(library["sum"])(1.0, 2.0) == 3.0
         return Check("machine code", works, f"{platform.machine()}, blocks of {vector_width()} plants", advice)
     except (ImportError, OSError, RuntimeError) as error:
         return Check("machine code", False, str(error).partition("\n")[0], advice)

@@ -13,7 +13,8 @@ from .packed import number, packed
 from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words, within_words
 
 _LOWEST = 0.1  # Hz, of what is shown
-_FIRST, _EVEN = 250, 150  # points of a curve over time: its first samples, and over all of it
+_PIXEL = 2e-3  # of an axis: what a point may be off the line between its neighbours and be left out
+_POINTS = 2000  # of a curve over time, at most
 _HIGHEST = 200.0  # Hz, of what is shown of the closed loop
 _LEAST, _MOST, _LAST = -32.0, 30.0, -450.0  # dB and deg: where the axes of open loops end
 _DEEPEST, _TOP = -60.0, 60.0  # dB: where the axis of the closed loop ends
@@ -108,9 +109,23 @@ def _span(values: np.ndarray) -> tuple[Range, float]:
     return (0.0, 0.0), 2.0 ** np.ceil(np.log2(most)) / 4 if most > 0 else 1.0
 
 
+def drawn_rows(curves: np.ndarray, pixel: float) -> np.ndarray:
+    """Rows [j] of evenly sampled curves [lanes, k] that show them to some pixels: many where one bends, and to larger
+    pixels where that were too many."""
+    rows = np.arange(curves.shape[1])
+    while True:
+        before = len(rows)
+        left, middle, right = rows[:-2:2], rows[1:-1:2], rows[2::2]
+        share = (middle - left) / (right - left)
+        off = np.abs(curves[:, middle] - (1 - share) * curves[:, left] - share * curves[:, right])
+        rows = np.delete(rows, 1 + 2 * np.flatnonzero(np.all(off <= pixel, axis=0)))
+        if len(rows) > 0.95 * before:
+            if len(rows) <= _POINTS:
+                return rows
+            pixel = 2 * pixel
+
+
 def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
-    k = len(steps.t)
-    some = np.union1d(np.arange(min(k, _FIRST)), np.linspace(0, k - 1, _EVEN).round().astype(int))
     signal = task.signal
     reference, y, band = (
         np.asarray(from_si(value, signal.unit, signal.si)) for value in (steps.reference, steps.y, band_of(lanes, task))
@@ -118,12 +133,16 @@ def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
     band, end = float(band), float(reference[-1])
     drawn = np.concatenate((y.ravel(), reference, (end - band, end + band)))
     usual = ((min(-0.12 * end, 1.35 * end), max(-0.12 * end, 1.35 * end)), abs(end) / 4) if end else _span(drawn)
+    axes = [_axis(drawn, *usual), _axis(steps.command, *_span(steps.command))]
+    heights = _PIXEL * np.diff(axes).ravel()
+    some, sent = drawn_rows(np.vstack((reference, y)), heights[0]), drawn_rows(steps.command, heights[1])
     return {
         "t": packed(steps.t[some]),
         "reference": packed(reference[some]),
         "y": packed(y[:, some]),
-        "command": packed(steps.command[:, some]),
-        "axes": [_axis(drawn, *usual), _axis(steps.command, *_span(steps.command))],
+        "command_t": packed(steps.t[sent]),
+        "command": packed(steps.command[:, sent]),
+        "axes": axes,
         "turned": task.turned_words(lanes.rig, float(lanes.position[0])),
         "band": number(band),
         "arrives": number(task.scenario.arrives),

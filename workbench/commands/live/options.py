@@ -1,6 +1,7 @@
 """`jackbench live EXPERIMENT`."""
 
 import argparse
+from contextlib import suppress
 
 from ..common.shipped import experiment
 
@@ -22,7 +23,7 @@ def _live(options: argparse.Namespace, _words: list[str]) -> None:
     from .page import page_files
     from .session import Session
 
-    with worker_processes(1, limit_finder) as limit_of:
+    with suppress(KeyboardInterrupt), worker_processes(1, limit_finder) as limit_of:
         session = Session(config, limit_of)
         with page_server(page_files(session.start()), session.answers, options.port) as server:
             server.serve()

@@ -48,7 +48,6 @@ class Session:
         self._sliders = cache(lambda name: {s.name: s for s in design_sliders(config, self._specs[name])})
         self._lanes = lru_cache(4)(lambda delay: set_lanes(config.rigs, delay))
         self._moved = lru_cache(4)(self._moved_lanes)
-        self._ready: set[object] = set()  # machine code that is there
         self._view_lock, self._after_lock = Lock(), Lock()
         self._lanes_at(Request(config.steps.controllers[0], self._task(config.steps.scenarios[0]), RigPoint()))
 
@@ -81,7 +80,8 @@ class Session:
             lanes = self._lanes_at(request)
             controller = request.controller.build(lanes.rig.period.value)
             code = machine_code(lanes, controller, request.task)
-            steps = step_part(lanes, controller, request.task) if code in self._ready else None
+            ready = code is not None and lanes.engine.has_law(code)
+            steps = step_part(lanes, controller, request.task) if ready else None
             answer = view_answer(lanes, linear_part(lanes, controller), steps, request.task)
         waits = "" if steps is not None else "python" if code is None else "compiler"
         return answer | {"waits": waits, "server_ms": round((time.perf_counter() - began) * 1e3, 2)}
@@ -96,10 +96,7 @@ class Session:
         with self._after_lock:
             lanes = self._lanes_at(request)
             controller = request.controller.build(lanes.rig.period.value)
-            code = machine_code(lanes, controller, request.task)
             steps = step_part(lanes, controller, request.task)
-            if code is not None:
-                self._ready.add(code)
             linear = linear_part(lanes, controller)
             answer = view_answer(lanes, linear, steps, request.task)
             stable = np.ones(len(lanes.p), bool) if linear is None else linear.stable

@@ -9,6 +9,7 @@ from ...base.signals import Signal
 from ...base.units import from_si
 from ...control.protocol import Controller, NoLinearView, graph_law
 from ...engine import Engine
+from ...engine.sampled_law import LawShape
 from ...linear import Equilibrium
 from ...loop import step_metrics as metrics
 from ...loop.batch import play_lanes
@@ -166,7 +167,7 @@ def _numbers(task: Task, t: np.ndarray, y: np.ndarray, band: float) -> tuple[flo
     return settling, overshoot, peak
 
 
-def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> object | None:
+def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> LawShape | None:
     """What decides the machine code of a controller's loop; None for one that computes in Python."""
     law = graph_law(controller)
     if law is None or lanes.engine.back_end != "compiled":

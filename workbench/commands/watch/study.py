@@ -90,7 +90,6 @@ def run_watch(
         healthy = healthy_rate(known, a_year)
         newest = numbers_then(told, days[-1], known.days)
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
-    forecast, no_forecast = forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig)
     metrics = {
         "sessions": [
             {
@@ -104,8 +103,7 @@ def run_watch(
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
         "alarms": [_alarm(each, sessions) for each in told],
-        "forecast": forecast,
-        "no_forecast": no_forecast,
+        "forecast": forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig),
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,

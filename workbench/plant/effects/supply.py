@@ -61,7 +61,7 @@ def turbulent(_: None, s: Scope) -> None:
     "accumulator",
     source="Watton, Fundamentals of Fluid Power Control, Cambridge 2009: gas accumulator",
     numbers=(
-        number("rate", 2.0, "1/s", low=0.0, high=1e3, off=0.0, meaning="rated flow over the gas volume at Ps"),
+        number("rate", 2.0, "1/s", low=0.0, high=100.0, off=0.0, meaning="rated flow over the gas volume at Ps"),
         number("pump", 0.15, "1", shown="%", low=1e-3, high=1.0, meaning="largest flow of the pump over rated flow"),
     ),
 )

@@ -12,10 +12,10 @@ from ..number import Number, number_entry, read_number
 TURNING = 2e-3  # rad/s: over which dry friction of a joint changes its sign
 FRICTION, PLAY, FLEXIBLE = "joint.friction", "joint.play", "payload.flexible"
 JOINT_EFFECTS: Mapping[str, Mapping[str, Spec]] = {
-    FRICTION: {"moment": Spec("N m", 0.0, 1e6, "Coulomb friction of each of the leg's two joints")},
+    FRICTION: {"moment": Spec("N m", 0.0, 1e5, "Coulomb friction of each of the leg's two joints")},
     PLAY: {
-        "width": Spec("m", 0.0, 0.1, "by which the rod moves in its joint on the platform, along the leg"),
-        "stiffness": Spec("N/m", 1e5, 1e12, "of the joint where it touches"),
+        "width": Spec("m", 0.0, 0.05, "by which the rod moves in its joint on the platform, along the leg"),
+        "stiffness": Spec("N/m", 1e5, 1e11, "of the joint where it touches"),
         "damping": Spec("1", 0.0, 10.0, "damping ratio of the rod on it"),
     },
 }

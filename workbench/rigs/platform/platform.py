@@ -16,7 +16,6 @@ from .effects import PlatformEffect, effect_tables
 from .kinematics import Geometry, forward
 
 LEGS = 6
-_ANY = float("inf")
 PAYLOAD = {
     "mass": Spec("kg", 1e-3, 1e7, "mass of platform and payload"),
     "cx": Spec("m", -100.0, 100.0, "their centre of mass from the platform's origin, along x"),
@@ -34,14 +33,15 @@ PLACE = {
     "gravity": Spec("m/s^2", 0.0, 100.0, "acceleration of gravity, against z"),
 }
 LEG = {
-    "length": Spec("m", 1e-3, 1000.0, "length from joint to joint at mid stroke"),
-    "cylinder_mass": Spec("kg", 0.0, 1e6, "mass of the half on the base joint"),
+    "length": Spec("m", 0.01, 100.0, "length from joint to joint at mid stroke"),
+    "cylinder_mass": Spec("kg", 0.0, 1e5, "mass of the half on the base joint"),
     "cylinder_centre": Spec("m", 0.0, 100.0, "its centre of mass from the base joint"),
     "cylinder_inertia": Spec("kg m^2", 0.0, 1e6, "its moment of inertia across the leg, about its centre of mass"),
-    "rod_mass": Spec("kg", 0.0, 1e6, "mass of the half on the platform joint, the piston with it"),
+    "rod_mass": Spec("kg", 0.0, 1e5, "mass of the half on the platform joint, the piston with it"),
     "rod_centre": Spec("m", 0.0, 100.0, "its centre of mass from the platform joint"),
     "rod_inertia": Spec("kg m^2", 0.0, 1e6, "its moment of inertia across the leg, about its centre of mass"),
 }
+COORDINATE = Spec("m", -100.0, 100.0, "coordinate of a joint")
 JOINTS = {
     "base_angle": Spec("rad", 0.0, np.pi, "allowed angle of a base joint from home"),
     "platform_angle": Spec("rad", 0.0, np.pi, "allowed angle of a platform joint from home"),

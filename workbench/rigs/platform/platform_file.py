@@ -22,7 +22,7 @@ from ..rig import Rig
 from ..rig_file import load_rig
 from ..shipped import bundled_platforms
 from .effects import effect_tables, read_platform_effects
-from .platform import JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
+from .platform import COORDINATE, JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
 
 TABLES = ("payload", "place", "joints", "legs", "leg", "effects")
 
@@ -100,6 +100,9 @@ def _point(leg: Table, key: str) -> tuple[Point, str]:
         raise entry.complaint("at", "must be three coordinates, [x, y, z]")
     unit = entry.text("unit")
     x, y, z = (entry.about("unit", lambda value=value: float(to_si(value, unit, "m"))) for value in at)
+    for value in (x, y, z):
+        if problem := COORDINATE.problem(value):
+            raise entry.complaint("at", problem)
     return (x, y, z), entry.text("source", "")
 
 

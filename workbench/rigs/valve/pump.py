@@ -5,7 +5,7 @@ from ..schema import ORIFICE
 from .kind import ValveKind
 
 _NUMBERS = {
-    "D": Spec("m^3/rad", 1e-9, 1e-4, "displacement of the pump"),
+    "D": Spec("m^3/rad", 1e-9, 1e-3, "displacement of the pump"),
     "Cp": Spec("m^3/s/Pa", 0.0, 1e-9, "laminar leakage of the pump from delivery to suction"),
     "nmax": Spec("rad/s", 1.0, 1500.0, "shaft speed at full command"),
     "n": Spec("1", 1, 20, "identical pump units in parallel"),
@@ -33,7 +33,7 @@ _MOTOR = {
     "Tp": Spec("N m/Pa", 0.0, 1e-4, "torque lost per pressure of the pump"),
 }
 _SPEED_LOOP = {
-    "Kn": Spec("1/(rad/s)", 0.0, 1e3, "proportional gain of the speed loop: share of full voltage per speed error"),
+    "Kn": Spec("1/(rad/s)", 0.0, 10.0, "proportional gain of the speed loop: share of full voltage per speed error"),
     "Tn": Spec("s", 1e-3, 100.0, "integral time of the speed loop"),
 }
 PUMP = ValveKind(

@@ -84,21 +84,21 @@ const Plots = (() => {
     const { count, unit, signal, file, revision, rigs, seconds } = context;
     document.getElementById("step").classList.toggle("stale", !steps);
     if (!steps) return;
-    const t = floats(steps.t), y = lanes(steps.y, count), command = lanes(steps.command, count);
+    const t = floats(steps.t), sent = floats(steps.command_t), y = lanes(steps.y, count), command = lanes(steps.command, count);
     const data = [line(t, floats(steps.reference), GREY, 1, { line: { color: GREY, width: 1, dash: "dash" }, still: true })];
     if (file) data.push(line(floats(file.t), lanes(file.y, count)[0], GREY, 2.2, { still: true }));
     for (const lane of order(count)) {
       data.push(line(t, y[lane], colour(lane), width(lane), hover(`%{x:.3f} s, %{y:.4~g} ${unit}`, rigs[lane])));
-      data.push(line(t, command[lane], colour(lane), width(lane), { yaxis: "y2", ...hover("%{x:.3f} s, %{y:.3~g}", rigs[lane]) }));
+      data.push(line(sent, command[lane], colour(lane), width(lane), { yaxis: "y2", ...hover("%{x:.3f} s, %{y:.3~g}", rigs[lane]) }));
     }
-    const [range, sent] = around(steps.axes, file?.axes);
+    const [range, commands] = around(steps.axes, file?.axes);
     const turned = steps.turned ? [{ text: steps.turned, x: 1, y: 0.37, xref: "paper", yref: "paper", xanchor: "right", yanchor: "bottom", showarrow: false, bgcolor: "rgba(255,255,255,0.8)", font: { color: BAD, size: 12 } }] : [];
     const band = [-1, 1].map((side) => ({ type: "line", x0: 0, x1: 1, xref: "x domain", y0: steps.end + side * steps.band, y1: steps.end + side * steps.band, line: { color: GREY, width: 1, dash: "dot" } }));
     draw("step", data, layout(revision, {
       title: heading(`${signal} on every rig; dotted: settled; grey: as in the file`, `${signal} on every rig; command`), shapes: band, annotations: turned,
       xaxis: axis("time [s]", { anchor: "y2", range: [0, Math.min(seconds ?? Infinity, t[t.length - 1])] }),
       yaxis: axis(`${signal} [${unit}]`, { domain: [0.36, 1], range }),
-      yaxis2: axis("command [1]", { domain: [0, 0.28], range: sent }),
+      yaxis2: axis("command [1]", { domain: [0, 0.28], range: commands }),
     }));
   }
 
