@@ -103,7 +103,7 @@ def test_the_study_reports_every_loop_beside_the_maker(rig, monkeypatch):
     assert all(set(row) == {"id", "f3db", "f90", "peak_db", "null_zeta"} for row in rows.values())
     assert rows["maker"]["null_zeta"] is None
     assert rows["pi_lead"]["peak_db"] > rows["p_lead"]["peak_db"] + 1
-    assert "The error of the phase corner falls from -1" in outcome.page.verdict
+    assert "The error of the phase corner goes from -1" in outcome.page.verdict
     assert outcome.metrics["refused"] == []
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.cli import main
+from workbench.commands.faults.fault_free import FAILED, tripped
 from workbench.commands.faults.page import verdict
 from workbench.loop.fault_trial import MOMENTS, damage
 from workbench.loop.faults import FAULTS
@@ -73,10 +74,19 @@ def test_the_verdict_sets_a_stuck_valve_apart():
     row = {"fault": "valve stuck at 0.3", "stop_speed": 2.0, "beyond_percent": 5.0, "detected_ms": None}
     saved = [{"closing_ms": 10.0, "of": 1, "harm": 0}, {"closing_ms": 20.0, "of": 1, "harm": 1}]
     rows = [row, row | {"fault": "position frozen"}]
-    words = verdict({"rows": rows, "false_trips": 0, "plants": 7, "shut_off": saved})
+    calm = {"false_trips": 0, "plants": 7, "trips": {"p": {}}, "left_out": []}
+    words = verdict({"rows": rows, "shut_off": saved, **calm})
     assert words.startswith("2 faults: 1 meet the stop above 0.2 m/s or pass a limit by more than 10 %, besides 1 of a")
-    assert "cannot be saved from them: one that closes in 10 ms leaves 0, 20 ms leaves 1)" in words
-    assert words.endswith("0 false trips on 7 plants a loop.")
+    assert "(again with a shut-off valve in its lines: one that closes in 10 ms leaves 0, 20 ms leaves 1)" in words
+    assert words.endswith("0 false trips on the rig itself and on 7 plants a loop.")
+
+
+def test_plants_that_no_law_was_played_on_and_that_failed_are_no_calm_plants():
+    calm = {"rows": [], "shut_off": [], "false_trips": 0, "plants": 7, "trips": {}, "left_out": ["mine"]}
+    assert verdict(calm).endswith("0 false trips on the rig itself; no drawn plants under mine.")
+    trips = {"speed": 2, FAILED: 3}
+    assert tripped(trips) == 2
+    assert "3 drawn plants could not be simulated" in verdict(calm | {"trips": {"p": trips}})
 
 
 @pytest.mark.parametrize(

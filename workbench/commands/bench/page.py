@@ -85,10 +85,10 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     rigs = [rig for rig in loop.rigs if rig not in never]
     able = [c.name for c in loop.controllers if all((c.name, rig) in settled for rig in rigs)]
     if not rigs:
-        return f"{scenario.name}: no controller settles."
-    nobody = f"on {', '.join(never)} no controller settles; " if never else ""
+        return f"{scenario.name}: no stable controller settles."
+    nobody = f"on {', '.join(never)} no stable controller settles; " if never else ""
     if not able:
-        return f"{scenario.name}: {nobody or 'no controller settles on every rig; '}".rstrip("; ") + "."
+        return f"{scenario.name}: {nobody}no stable controller settles on every {'other ' * bool(never)}rig."
     worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
     best = min(worst, key=lambda name: worst[name])
     where = "on every other rig" if never else "on every rig"
@@ -102,21 +102,21 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
 
 def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Metrics) -> list[Table]:
     """A table of the loops and one a scenario, a line a controller."""
-    worst = f"On {loop.first}, or where it says worst on {', '.join(loop.rigs)}; a dash where a loop"
+    worst = f"On {loop.first}, or where it says worst on {', '.join(loop.rigs)}; a dash: there is no such number"
     tables = [
         _marked(
             "Loops",
             [_loop_line(loop, spec.name, entries, metrics) for spec in loop.controllers],
-            f"{worst} is unstable. Margins: the worse of null and moving. Command noise: RMS at rest from the declared "
-            f"sensors. {judged_words(config.conditions, loop.rig)}",
+            f"{worst}, as of an unstable loop. Margins: the worse of null and moving. Command noise: RMS at rest from "
+            f"the declared sensors. {judged_words(config.conditions, loop.rig)}",
         )
     ]
     for scenario in loop.scenarios:
         lines = [_scenario_line(loop, scenario, spec.name, entries, metrics) for spec in loop.controllers]
         note = (
-            f"{worst} never settles. The limit: the soonest that an optimiser settles the nominal rig, or the least "
-            "error of a reference that is known ahead (jackbench limit). Energy: what the main lands take beyond "
-            "their leakage at rest."
+            f"{worst}, as of a loop that never settles. The limit: the soonest that an optimiser settles the nominal "
+            "rig, or the least error of a reference that is known ahead (jackbench limit). Energy: what the main lands "
+            "take beyond their leakage at rest."
         )
         tables.append(_marked(scenario.name, lines, note))
     return tables
@@ -174,7 +174,7 @@ def _fallbacks(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     names = {controller.name for controller in loop.controllers}
     keys = ["controller", "rig", "scenario", "samples", "fallbacks"]
     rows = [[row[key] for key in keys] for row in metrics["fallbacks"] if row["controller"] in names]
-    note = "Samples in which the solver did not converge within its iterations, so that the plan before went on."
+    note = "Samples in which a controller's solver did not arrive; its description says what it does then."
     return [Table("Fallbacks", keys, rows, note=note)] if rows else []
 
 

@@ -137,9 +137,8 @@ def _followed_rows(found: Found) -> list[Row]:
         own = None if found.followed is None else getattr(found.followed, kind)
         edge = None if own is None or found.followed is None else highest(found.followed.f, own)
         if edge is None:
-            rows.append(
-                unsaid(id, meaning, "Hz", found.why or f"not at {PLAYED_FROM:g} Hz, the lowest that was played")
-            )
+            why = found.why or (found.followed.uncontrolled if found.followed and kind == "control" else "")
+            rows.append(unsaid(id, meaning, "Hz", why or f"not at {PLAYED_FROM:g} Hz, the lowest that was played"))
         else:
             rows.append(Row(id, meaning, "Hz", *edge))
     return rows

@@ -31,6 +31,8 @@ def self_tuned(setup: LoopSetup) -> ControllerSpec | str:
         return str(error)
     run = loop.run(np.full(pulses(spec.design.pulse, setup.rig.period.value).size, setup.rig.middle))
     law = getattr(controller, "law", None)
-    if run.tripped or law is None:
+    if run.tripped:
         return f"the moves by which it would tune itself trip: {run.tripped}"
+    if law is None:
+        return "the moves by which it would tune itself do not come to their end"
     return replace(law, name="automatic")

@@ -29,8 +29,8 @@ def margins_table(loops: Mapping[str, LinearLoops], signal: Signal) -> Table:
         for name, pair in loops.items()
         for where, loop in (("null", pair.null), (f"moving at {moving_at(signal, pair.speed)}", pair.moving))
     ]
-    note = "At null the lap of a spool doubles the flow gain. An unstable loop has no margins. A controller "
-    note += "without a linear view has them by sines on the simulated loop, or none."
+    note = "An unstable loop has no margins. A controller without a linear view has them by sines on the simulated "
+    note += "loop, or none."
     return Table("Margins of the sampled loop", [*_HEADS, "-3 dB [Hz]", "-90° [Hz]"], lines, note, fold=True)
 
 

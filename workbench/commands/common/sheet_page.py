@@ -75,15 +75,21 @@ def verdict(rows: Sequence[Row]) -> str:
     """How many lines are said, and how many pass."""
     said, judged = [r for r in rows if r.value is not None], [r for r in rows if r.passed is not None]
     failed = [row.id for row in judged if not row.passed]
+    empty = [row.id for row in rows if row.limited and row.passed is None]
     words = (
         f"{len(said)} of {len(rows)} lines have a value." if len(said) < len(rows) else f"{counted(len(rows), 'line')}."
     )
-    if not judged:
+    if not judged and not empty:
         return f"{words} No limits were given."
-    if not failed:
-        return f"{words} All {len(judged)} with limits pass."
-    named = ", ".join(failed[:_NAMED]) + (" and others" if len(failed) > _NAMED else "")
-    return f"{words} Of {len(judged)} with limits {len(failed)} fail: {named}."
+    if failed:
+        words += f" Of {len(judged)} with limits {len(failed)} fail: {_named(failed)}."
+    elif judged:
+        words += f" All {len(judged)} with limits{' and a value' * bool(empty)} pass."
+    return words + (f" Limits of lines without a value judge nothing: {_named(empty)}." if empty else "")
+
+
+def _named(ids: Sequence[str]) -> str:
+    return ", ".join(ids[:_NAMED]) + (" and others" if len(ids) > _NAMED else "")
 
 
 def _lines(rows: Sequence[Row]) -> Table:

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ...base.words import counted
+from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.limits_told import limits_section, trip_marks
 from ..common.step_experiment import StepConfig
@@ -30,25 +32,29 @@ def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence[
 
 
 def _verdict(metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> str:
-    many = "1 scenario was" if len(judged) == 1 else f"{len(judged)} scenarios were"
-    words = f"{many} played at {metrics['rig']}."
+    words = f"{counted(len(judged), 'run')} at {metrics['rig']}, measured and judged."
     if judged:
         first = judged[0]
-        here, there = (_seconds(row["settling_s"]) for row in (first.row, first.prediction))
-        words += f" {first.scenario.name} under {first.controller} settles in {here}; predicted: {there}."
+        here, there = (settled(first.scenario, row) for row in (first.row, first.prediction))
+        words += f" {first.scenario.name} under {first.controller} {here}; predicted: {there}."
     if metrics["late"]:
         words += f" {metrics['late']} readings were lost or late."
     if metrics["ended"]:
         words += f" Playing was cut short: {metrics['ended']}."
     if metrics["refused"]:
-        words += f" Refused, as limits of the rig are foreseen to be passed: {len(metrics['refused'])}; see the limits."
+        words += f" Refused for what is foreseen: {len(metrics['refused'])}; see the limits."
     if metrics["left_out"]:
         words += f" Left out, as a command alone cannot play them: {', '.join(metrics['left_out'])}."
     return words
 
 
-def _seconds(value: float | None) -> str:
-    return "never" if value is None else f"{value:.3g} s"
+def settled(scenario: Scenario, row: Mapping[str, Any]) -> str:
+    """Whether a run settles, as far as it tells: one that is cut short, and a course that never stands, do not."""
+    if row["settling_s"] is not None:
+        return f"settles in {row['settling_s']:.3g} s"
+    if row["tripped"] is not None:
+        return "is cut short"
+    return "is followed" if scenario.arrives is None else "does not settle"
 
 
 def _table(judged: Sequence["Judged"]) -> Table:

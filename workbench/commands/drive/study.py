@@ -38,6 +38,8 @@ def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage
     scenarios that need more than a command, and `refused`, what is foreseen beyond a limit. Raises InputError where
     that leaves nothing to play.
     """
+    if not any(map(_only_command, config.scenarios)):
+        raise InputError("every scenario has a load or a far end that moves, and a command plays neither; add a step")
     with LinkClient(at, token) as client, _looked_on(client, opc_ua, progress):
         progress(f"{client.hello.rig} at {at}, {'lockstep' if client.hello.lockstep else 'real time'}")
         config = replace(config, rig=joined(config.rig, client.hello))

@@ -13,9 +13,16 @@ from ...loop.batch import play_lanes
 from ...loop.fault_trial import FaultTrial, FaultTrials
 from ...loop.robustness.plant_draw import draw_plants
 
+FAILED = "simulation"  # beside what tripped: the plant could not be simulated, which is no trip
+
+
+def tripped(trips: Mapping[str, int]) -> int:
+    """How many of the plants the guard tripped."""
+    return sum(count for what, count in trips.items() if what != FAILED)
+
 
 def false_trips(trials: FaultTrials, trial: FaultTrial, controller: Controller) -> Mapping[str, int]:
-    """How many of the plants tripped the guard in the step, by what tripped it; "simulation" where it failed."""
+    """How many of the plants tripped the guard in the step, by what tripped it; FAILED where it failed."""
     loops, plant = trial.loops, trial.engine.plant
     reach = trials.stroke * trial.rig.limit("stroke")
     span = (-reach, reach - loops.step) if loops.signal == "position" else (-reach, reach)
@@ -28,6 +35,6 @@ def false_trips(trials: FaultTrials, trial: FaultTrial, controller: Controller) 
     )
     for _, lanes in played:
         trips.update(
-            "simulation" if failed else TRIPS[int(trip)] for trip, failed in zip(lanes.trip, lanes.failed, strict=True)
+            FAILED if failed else TRIPS[int(trip)] for trip, failed in zip(lanes.trip, lanes.failed, strict=True)
         )
     return {name: count for name, count in sorted(trips.items()) if name}

@@ -11,6 +11,7 @@ from ...loop.fault_trial import MOMENTS, FaultTrials
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words
+from .fault_free import FAILED, tripped
 
 _WORST = {"stop_speed": 1.0, "peak_force": 1e-3, "beyond_percent": 1.0}  # and what makes their unit the shown one
 
@@ -24,7 +25,7 @@ def faults_page(trials: FaultTrials, metrics: Mapping[str, Any]) -> Page:
         Section("Faults", [_faults(trials, rows), faults_figure(rows)]),
         Section("Beyond the goals", [_beyond(rows)]),
         *([Section("With a shut-off valve", [_shut(trials, metrics)])] if metrics["counts"]["helpless"] else []),
-        Section("Not detected", [_unseen(rows)]),
+        *([Section("Not detected", [_unseen(rows)])] if metrics["counts"]["detected"] < len(rows) else []),
         Section("Without a fault", [_calm(metrics)]),
     ]
     page = Page(f"Faults on {trials.rig.name}", verdict(metrics), sections, {"seed": str(trials.conditions.seed)})
@@ -38,7 +39,13 @@ def verdict(metrics: Mapping[str, Any]) -> str:
     words += f"{BEYOND:g} %"
     words += f", besides {many['helpless']} of a stuck valve, which no command stops" if many["helpless"] else ""
     words += _saving(metrics)
-    return f"{words}; {counted(metrics['false_trips'], 'false trip')} on {counted(metrics['plants'], 'plant')} a loop."
+    words += f"; {counted(metrics['false_trips'], 'false trip')} on the rig itself"
+    words += f" and on {counted(metrics['plants'], 'plant')} a loop" if metrics["trips"] else ""
+    if metrics["left_out"]:
+        words += f"; no drawn plants under {', '.join(metrics['left_out'])}"
+    if failed := sum(each.get(FAILED, 0) for each in metrics["trips"].values()):
+        words += f"; {counted(failed, 'drawn plant')} could not be simulated"
+    return f"{words}."
 
 
 def _saving(metrics: Mapping[str, Any]) -> str:
@@ -47,7 +54,7 @@ def _saving(metrics: Mapping[str, Any]) -> str:
     if not tried:
         return ""
     left = ", ".join(f"{each['closing_ms']:g} ms leaves {each['harm']}" for each in tried)
-    return f" (without a shut-off valve in its lines this rig cannot be saved from them: one that closes in {left})"
+    return f" (again with a shut-off valve in its lines: one that closes in {left})"
 
 
 def _shut(trials: FaultTrials, metrics: Mapping[str, Any]) -> Table:
@@ -102,16 +109,13 @@ def _unseen(rows: Sequence[_Row]) -> Table:
         if unseen:
             loops = ", ".join(dict.fromkeys(row["controller"] for row in unseen))
             lines.append([name, len(unseen), max(row["beyond_percent"] for row in unseen), loops])
-    note = (
-        "A fault is not detected if it does not show in the time that is watched, or moves nothing: a load cell that "
-    )
-    note += "reads the same without a load, samples that are lost at rest, a supply that still suffices."
+    note = "The guard did not trip from the fault's beginning to the end of the time that is watched."
     return Table("", ["fault", "not detected", "beyond a limit [%]", "loops"], lines, note)
 
 
 def _calm(metrics: Mapping[str, Any]) -> Table:
     lines = [
-        [name, metrics["plants"], sum(trips.values()), ", ".join(f"{count} {what}" for what, count in trips.items())]
+        [name, metrics["plants"], tripped(trips), ", ".join(f"{count} {what}" for what, count in trips.items())]
         for name, trips in metrics["trips"].items()
     ]
     note = "A step of each loop on drawn plants without a fault."

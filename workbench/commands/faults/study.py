@@ -13,7 +13,7 @@ from ...loop.faults import FAULTS
 from ...rigs.shut_off import closing_in
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .fault_free import false_trips
+from .fault_free import false_trips, tripped
 from .page import faults_figure, faults_page
 
 CLOSING = (0.01, 0.02, 0.05)  # s: of the shut-off valves that are tried
@@ -51,8 +51,7 @@ def run_faults(trials: FaultTrials, stage: Stage, progress: Progress) -> Outcome
         "counts": counts(faults),
         "shut_off": [_saved(shut, closing) for closing in CLOSING],
         "calm": calm,
-        "false_trips": sum(row["tripped"] is not None for row in calm)
-        + sum(sum(each.values()) for each in trips.values()),
+        "false_trips": sum(row["tripped"] is not None for row in calm) + sum(map(tripped, trips.values())),
         "plants": trials.plants,
         "trips": trips,
         "left_out": left_out,

@@ -125,15 +125,24 @@ def _matrix(correlation: Mapping[str, Any]) -> Table:
     return Table("All correlations", ["", *names], rows)
 
 
+def beside_noise(chi2: float, missing: bool, quiet: bool) -> str:
+    """What chi2 says of the model: more than the noise is `missing`; `quiet`: the errors are as far below it."""
+    if missing:
+        return ": the model misses something, and jackbench trace asks what."
+    if quiet:
+        return ": the noise floor is too high for these records, and may hide a misfit."
+    return ", as it should be."
+
+
 def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Mapping[str, Any]) -> str:
     chi2 = metrics["chi2"]["heldout"]
     count = len(metrics["parameters"])
     said = f"{counted(count, 'number')} of {problem.rig.name} {'is' if count == 1 else 'are'} fitted; "
     if chi2 is None:
-        return f"{said}some held-out windows cannot be simulated with them."
+        return f"{said}the held-out records cannot be simulated whole with them."
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
     missing = problem.misses(chi2, problem.heldout.samples)
-    said += ": the model misses something, and jackbench trace asks what." if missing else ", as it should be."
+    said += beside_noise(chi2, missing, problem.misses(2 - chi2, problem.heldout.samples))
     if pushed := [entry.number.name for entry in numbers if entry.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."
         said += " Something that the model lacks may have pushed it there." if missing else ""

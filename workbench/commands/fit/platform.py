@@ -34,7 +34,7 @@ _SHARED_NOTE = (
     "The mean of the legs that follow their records, weighed by their intervals. Alike: were the number one, chance "
     f"alone would let these legs differ as they do in more than {CHANCE:.0%} of campaigns. The rods' masses are left "
     "out: their inertia is a small part of the measured force, and its noise biases them by more than the intervals "
-    "say. A leg apart does not follow its records: what it lacks has moved its numbers."
+    "say. A leg apart does not follow its records: what it lacks may have moved its numbers."
 )
 
 
@@ -164,8 +164,10 @@ def legs_sentence(legs: Sequence[Mapping[str, Any]], shared: Mapping[str, Mappin
     if strays:
         said = f"Not following their records: {', '.join(strays)}; jackbench trace asks what they lack. "
         which = "the others"
-    if not shared:
+    if len(legs) - len(strays) < 2:
         return said + "Fewer than two legs follow their records, so that nothing is said of what legs share."
+    if not shared:
+        return said + "No number has an interval in every one of them, so that nothing is said of what legs share."
     if not apart:
         return f"{said}No number differs between {which}."
     return f"{said}{which.capitalize()} differ in {', '.join(apart)}."

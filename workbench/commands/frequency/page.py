@@ -125,19 +125,31 @@ def page(source: str, rig: str, comparisons: Sequence[Comparison]) -> Page:
         "Measured against model",
         ["record", "frequencies", "model inside the band", "largest difference [dB]", "at [Hz]", "measured by"],
         lines,
-        note="The model is driven by the recorded command and goes through the same estimator as the record.",
+        note=" ".join(_played(comparisons)),
     )
     below, above = comparisons[0].pair
     sections = [Section("Summary", [summary]), Section("Bode", [figure(comparison) for comparison in comparisons])]
     return Page(f"{above} over {below}: {source} and {rig}", _verdict(rig, comparisons), sections)
 
 
+def _played(comparisons: Sequence[Comparison]) -> list[str]:
+    """What the model was asked beside records, which have a band, and beside sheets, which have none."""
+    banded = {comparison.radius is not None for comparison in comparisons}
+    record = "Beside a record the model is driven by its recorded command and goes through the same estimator; the "
+    record += "difference is where the band is narrower than half of the response."
+    return [record] * (True in banded) + ["Beside a sheet it plays the sheet's sines."] * (False in banded)
+
+
 def _verdict(rig: str, comparisons: Sequence[Comparison]) -> str:
     parts = []
     for comparison in comparisons:
         far = _furthest(comparison)
-        if far is None:
+        if not np.isfinite(comparison.model).any():
             parts.append(f"{comparison.name}: the model of {rig} fails")
+            continue
+        if far is None:
+            wide = "the 95 % band is nowhere narrower than half of the response"
+            parts.append(f"{comparison.name}: {wide}, so that no difference is told")
             continue
         inside = (
             ""

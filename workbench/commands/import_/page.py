@@ -131,10 +131,10 @@ def _verdict(guesses: Sequence[ColumnGuess], problem: str, mends: Sequence[str])
     if problem:
         return f"{counts} The folder is no campaign yet: {problem}."
     misfit = misfits(guesses)
-    doubts = f" {len(misfit)} do not fit the rig: {misfit[0]}." if misfit else ""
+    doubts = f" {len(misfit)} {'does' if len(misfit) == 1 else 'do'} not fit the rig: {misfit[0]}." if misfit else ""
     more = f", and {len(mends) - 1} more on the page" if len(mends) > 1 else ""
     mended = f" Mended on reading: {mends[0]}{more}." if mends else ""
-    return f"{counts}{doubts}{mended} Every command on campaigns takes the folder."
+    return f"{counts}{doubts}{mended} jackbench residual takes the folder."
 
 
 def _telling(guesses: Sequence[ColumnGuess]) -> Figure:

@@ -33,7 +33,7 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
     named, extra = (declared, {}) if declared in bundled() else (OWN, {OWN: rig_text(rig)})
     for name, text in extra.items():
         (run.dir / name).write_text(text, encoding="utf-8")
-    period = next((part.period for part in parts if part.period is not None), None)
+    period = None if any(guess.signal == "t" for guess in guesses) else _period(parts)
     progress("compared with the rig")
     guesses, division, problem, mends = _tried(run.dir, parts, guesses, rig, named, period)
     text = campaign_text(named, division, guesses, period)
@@ -52,10 +52,13 @@ def _tried(
     if period is None and all(guess.signal != "t" for guess in guesses):
         guesses = _set_apart(guesses, parts, folder)
         return guesses, division, _without_clock(parts, guesses), mends
+    last = ""
     for _ in range(_TRIALS):
         guesses = _set_apart(guesses, parts, folder)
         try:
             division = roles(_motions(folder, parts, guesses, period))
+            if not division.entries["heldout"]:
+                return guesses, division, division.reason, mends
             (folder / FILE).write_text(campaign_text(named, division, guesses, period), encoding="utf-8")
             campaign = load_campaign(folder)
             notes = dict.fromkeys(note for record in campaign.records for note in record.notes)
@@ -65,8 +68,17 @@ def _tried(
             return guesses, division, str(error).replace(f"{folder}/", ""), mends
         if verdict.mistake is None:
             return guesses, division, verdict.problem.replace(f"{folder}/", "").replace(f"{folder}: ", ""), mends
-        guesses = mended(guesses, verdict.mistake, rig)
-    return guesses, division, "signs and units stay doubtful: the rig as declared explains too little", mends
+        guesses, last = mended(guesses, verdict.mistake, rig), verdict.mistake.told(rig.name)
+    return guesses, division, f"{_TRIALS} mistakes were undone, and the last was not tried again: {last}", mends
+
+
+def _period(parts: Sequence[Part]) -> float | None:
+    """From row to row [s], where the files say so. Raises InputError where they say different ones."""
+    said = {part.period: part.origin for part in parts}
+    if len(said) > 1:
+        both = " and ".join(f"{'none' if p is None else f'{p:g} s'} in {of}" for p, of in list(said.items())[:2])
+        raise InputError(f"the period above the table is {both}; import the files one by one")
+    return next(iter(said))
 
 
 def _without_clock(parts: Sequence[Part], guesses: Sequence[ColumnGuess]) -> str:

@@ -58,7 +58,7 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
         for name, errors in _by_scenario(rows, "limit_error").items()
     ]
     said = [f"The soonest that the optimiser finds, {_meshes(rows)}: {'; '.join(settled)}."] if settled else []
-    said += [f"The nearest that it follows, root mean square: {'; '.join(followed)}."] if followed else []
+    said += [f"The nearest that the optimiser follows, root mean square: {'; '.join(followed)}."] if followed else []
     lacking = sum(row["limit_s"] is None and row["limit_error"] is None for row in rows)
     said += [f"No limit in {lacking} of {counted(len(rows), 'row')}; the table says why."] if lacking else []
     return " ".join(said)

@@ -83,10 +83,12 @@ def _waves(plan: Plan, ready: DriveSimulation) -> list[Excitation]:
 def _clear(ready: DriveSimulation, wave: Excitation) -> Excitation:
     """A wave that the guard lets through, smaller where it comes too near to a limit."""
     trials = (wave.scaled(float(factor)) for factor in SMALLER ** np.arange(TRIES))
-    found = next((trial for trial in trials if _reason(ready, trial) is None), None)
-    if found is None:
-        raise InputError(f"{wave.name}: on {ready.rig.name} in simulation, {_reason(ready, wave)}; widen that limit")
-    return found
+    why: str | None = None
+    for trial in trials:
+        why = _reason(ready, trial)
+        if why is None:
+            return trial
+    raise InputError(f"{wave.name}: on {ready.rig.name} in simulation, however small, {why}; look at the rig's file")
 
 
 def _reason(ready: DriveSimulation, wave: Excitation) -> str | None:

@@ -64,8 +64,8 @@ def free_run_section(comparisons: Sequence[FreeRunComparison]) -> Section:
         rows,
         note="One run through the whole record, driven by the recorded command alone, from the state that fits its "
         "first 0.5 s. Moving: the measured position's speed over 0.05 s is above a tenth of the fastest; standing is "
-        "the rest, on the end stops. Clipped samples are not compared. Repeats differ by: the standard deviation of a "
-        "repeat, RMS over the same samples.",
+        "the rest. Clipped samples are not compared. Repeats differ by: the standard deviation of a repeat, RMS over "
+        "the same samples.",
     )
     return Section("Free run", [table, *map(_figure, comparisons)])
 

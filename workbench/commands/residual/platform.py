@@ -1,11 +1,11 @@
 """A platform's model beside the held-out records of a campaign, leg by leg: each leg cut out by its measured force."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
-from ...base.words import spanned
+from ...base.words import listed, spanned
 from ...identify.wrench.leg_cut import CutLeg
 from ...report import Page, Section, Table
 from ...rigs.platform import LEGS, Platform
@@ -49,13 +49,23 @@ def _of_leg(stage: Stage, leg: int, name: str, compute: Any) -> Any:
     return stage(f"leg{leg}-{name}", compute)
 
 
+def legs_sentence(by_leg: Mapping[int, float | None]) -> str:
+    """Which legs cannot be simulated, and which of the others is farthest from its declared jack."""
+    failed = [f"leg {leg}" for leg, chi2 in by_leg.items() if chi2 is None]
+    left = {leg: chi2 for leg, chi2 in by_leg.items() if chi2 is not None}
+    said = f"Not to be simulated as declared: {listed(failed)}. " if failed else ""
+    if not left:
+        return said.rstrip()
+    worst = max(left, key=lambda leg: left[leg])
+    said += (
+        f"Leg {worst} is farthest from its declared jack{' of the others' * bool(failed)}: chi2 {left.pop(worst):.3g}"
+    )
+    return f"{said}, the rest {spanned(left.values())}." if left else f"{said}."
+
+
 def _page(platform: Platform, metrics: dict[str, Any], worst: int, sections: Sequence[Section]) -> Page:
     by_leg = [[f"leg {each['leg']}", each["chi2"]] for each in metrics["legs"]]
-    chi2 = metrics["legs"][worst]["chi2"]
-    told = "cannot be simulated" if chi2 is None else f"has chi2 {chi2:.3g}"
-    others = [each["chi2"] for each in metrics["legs"] if each["leg"] != worst + 1 and each["chi2"] is not None]
-    verdict = f"Leg {worst + 1} is farthest from its declared jack: it {told}"
-    verdict += f", the others {spanned(others)}." if others else "."
     table = Table("chi2 by leg", ["leg", "chi2"], by_leg, _NOTE)
     named = [Section(f"Leg {worst + 1}: {section.title}", section.items) for section in sections]
+    verdict = legs_sentence({each["leg"]: each["chi2"] for each in metrics["legs"]})
     return Page(f"Residual of {platform.name}, leg by leg", verdict, [Section("Legs", [table]), *named])

@@ -25,6 +25,7 @@ from ..common.outcome import Outcome, Progress, Stage
 from .free_run import free_run_rows, free_run_section, free_run_sentence, free_runs
 
 _SHOWN = 1.0  # s, of the telling figure
+_MENDED = "What was mended, and what failed"
 
 
 def run_residual(campaign: Campaign, rig: Rig, stage: Stage, progress: Progress, free_run: bool = False) -> Outcome:
@@ -120,9 +121,10 @@ def _page(
     sections += [Section(p.record.name, [_figure(p, name) for name in p.signals]) for p in predictions]
     sections.append(Section("Is it noise?", _whiteness_figures(floor, predictions)))
     notes = [f"{r.name}: {note}" for r in campaign.records for note in r.notes]
-    failed = [f"{p.record.name}: the model failed in the window from {t:g} s" for p in predictions for t in p.failed]
+    part = "run" if campaign.score == FREE_RUN else "window"
+    failed = [f"{p.record.name}: the model failed in the {part} from {t:g} s" for p in predictions for t in p.failed]
     if notes or failed:
-        sections.append(Section("What was mended, and what failed", [*failed, *notes]))
+        sections.append(Section(_MENDED, [*failed, *notes]))
     if rig.recordings:
         sections.append(Section("Recordings", [rig.recordings]))
     return Page(f"Residual of {campaign.path.resolve().name} on {rig.name}", _verdict(rig, metrics), sections)
@@ -189,7 +191,7 @@ def _autocorrelation(name: str, residual: Whiteness) -> Figure:
 
 def _verdict(rig: Rig, metrics: dict[str, Any]) -> str:
     if metrics["chi2"] is None:
-        return f"The model of {rig.name} fails in some windows; see the last section."
+        return f'The model of {rig.name} fails in parts of the held-out records; see "{_MENDED}".'
     worst = max((r for r in metrics["rows"] if r["ratio"] is not None), key=lambda r: r["ratio"])
     return (
         f"chi2 = {metrics['chi2']:.3g} (1 is the noise floor): the model of {rig.name} leaves {worst['rms']:.3g} "

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...base.words import counted
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.tuning.goals import Trial
@@ -39,7 +40,7 @@ def retune_page(
         f"{found.name} retuned on {found.start.rig.name}",
         _verdict(found, trials[0], nearest, metrics),
         [
-            Section("What it gains", [_rows_table(config, rows), *_unseen(found)]),
+            Section("What it gains", [_rows_table(config, rows), *_unseen(found, rows)]),
             Section("Steps", [steps_figure(found, each, runs, rows) for each in found.start.scenarios]),
             Section("The numbers", [numbers_table(found.problem, trials[0], nearest), goals_table(nearest)]),
             Section("The search", [cost_figure(trials)]),
@@ -74,7 +75,7 @@ def _verdict(config: TuneConfig, old: Trial, nearest: Trial, metrics: Mapping[st
         return f"{said} No design of {count} meets every hard goal there; the nearest misses {_missed(nearest)}."
     if old.verdict.missed is not None:
         return f"{said} Over the rigs about it the old numbers miss {_missed(old)}; the new ones meet every hard goal."
-    return said + (" No other design is better than the old one." if nearest is old else "")
+    return said + (f" It is the old one: of {counted(count, 'design')} none is better." if nearest is old else "")
 
 
 def _missed(trial: Trial) -> str:
@@ -95,17 +96,17 @@ def _rows_table(config: RetuneConfig, rows: Rows) -> Table:
     keys += ("peak_deviation", "residual_oscillation", "ms", "gain_margin_db", "phase_margin_deg", "margins", "stable")
     lines = sorted(rows, key=lambda row: (row["rig"] != "found", row["controller"] != "old"))
     rigs = f"Declared: {config.declared.start.rig.name}; found: {config.found.start.rig.name}. "
-    note = rigs + "At mid stroke; margins are the worse of null and moving. "
+    note = rigs + "Margins are those at mid stroke, the worse of null and moving. "
     note += judged_words(config.found.start.conditions, config.found.start.rig)
     start = config.found.start
     maker = RowTable(start.rig, start.signal, start.scenarios)
     return maker.table("Old and retuned on both rigs", lines, (*keys, "tripped"), note)
 
 
-def _unseen(config: TuneConfig) -> list[str]:
-    """What the linear margins leave out of the found rig."""
+def _unseen(config: TuneConfig, rows: Rows) -> list[str]:
+    """What the linear margins of a row leave out of the found rig."""
     dry = build(config.start.rig).dry_friction
     names = [use.name for use in config.start.rig.effects if any(key.startswith(f"{use.name}.") for key in dry)]
-    if not names:
+    if not names or all(row["margins"] != "linear" for row in rows):
         return []
     return [f"Linear margins are without {' and '.join(names)}; steps, lasting oscillation and the search have it."]

@@ -43,7 +43,7 @@ def run_platform_robustness(config: PlatformRobustness, stage: Stage, progress: 
     seconds = config.plants * sum(step.duration for step in config.steps)
     metrics = {
         "rows": [_row(config, columns, spec.name, step.name) for spec in config.controllers for step in config.steps],
-        "linear": [_linear(columns, spec.name) for spec in config.controllers],
+        "linear": [_linear(columns, spec.name, config) for spec in config.controllers],
         "timing": {"closed_loop_seconds_per_cpu_second": {name: seconds / took for name, took in spent.items()}},
     }
     drawn = {name.removeprefix("drawn."): values for name, values in columns.items() if name.startswith("drawn.")}
@@ -78,12 +78,15 @@ def _named(first: str, columns: Mapping[str, np.ndarray]) -> Columns:
     return {f"{first}.{name}": values for name, values in columns.items()}
 
 
-def _linear(columns: Columns, name: str) -> dict[str, Any]:
+def _linear(columns: Columns, name: str, config: PlatformRobustness) -> dict[str, Any]:
+    """`failing`: on how many platforms the loop is unstable, or anything is wrong in a step."""
+    failing = [_failing(columns, name, step.name) for step in config.steps]
     stable, ms, coupling = (columns[f"{name}.linear.{key}"] for key in ("stable", "ms", "coupling"))
     whole = bool(stable.all())
     return {
         "controller": name,
         "unstable": int((~stable).sum()),
+        "failing": int(np.any([~stable, *failing], axis=0).sum()),
         **_masses("unstable", columns, ~stable),
         "ms_median": quantile(np.nan_to_num(ms, nan=np.inf), 0.5),
         "ms_worst": float(ms.max()) if whole else None,
@@ -99,13 +102,19 @@ def _masses(what: str, columns: Columns, those: np.ndarray) -> dict[str, float |
     return dict(zip((f"{what}_least_kg", f"{what}_most_kg"), ends, strict=True))
 
 
+def _failing(columns: Columns, name: str, step: str) -> np.ndarray:
+    """Whether a platform trips, hunts or never settles in a step [plants]."""
+    tripped, hunting, settling = (columns[f"{name}.{step}.{key}"] for key in ("tripped", "hunting", "settling"))
+    return tripped | hunting | ~np.isfinite(settling)
+
+
 def _row(config: PlatformRobustness, columns: Columns, name: str, step: str) -> dict[str, Any]:
     """Quantiles count a platform that never settles as the slowest; None where that is one."""
     keys = ("settling", "overshoot", "cross", "tripped", "hunting", "lowest")
     own = {key: columns[f"{name}.{step}.{key}"] for key in keys}
     settling = np.nan_to_num(own["settling"], nan=np.inf)
     p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
-    lane, failing = int(np.argmax(settling)), own["tripped"] | own["hunting"] | np.isinf(settling)
+    lane, failing = int(np.argmax(settling)), _failing(columns, name, step)
     return {
         "controller": name,
         "scenario": step,

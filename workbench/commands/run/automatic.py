@@ -75,7 +75,8 @@ def tuned_on(config: AutomaticConfig, setup: LoopSetup) -> ControllerSpec:
     loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, config.drawn.conditions.noise)
     run = loop.run(np.full(len(config.pulses), setup.rig.middle))
     if run.tripped or controller.law is None:
-        raise InputError(f"the small moves on {setup.rig.name} were cut short: {run.tripped}; look at its limits")
+        why = f": {run.tripped}; look at its limits" if run.tripped else "; look at its file"
+        raise InputError(f"the small moves on {setup.rig.name} were cut short{why}")
     return controller.law
 
 

@@ -27,7 +27,7 @@ def automatic_page(
     """Every rig with its own gains, then the plants."""
     maker = RowTable(config.rig, config.drawn.signal, config.scenarios)
     note = (
-        "Gains by rules, from moves of a millimetre on each rig: of P [1/m] and of the pressure feedback [1/Pa]. "
+        "Gains by rules, from small moves of each rig: of P [1/m] and of the pressure feedback [1/Pa]. "
         f"{judged_words(config.drawn.conditions, config.rig)}"
     )
     first = Section("The rig set", [maker.table("Each tuned by itself", metrics["rows"], _KEYS, note)])

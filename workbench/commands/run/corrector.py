@@ -95,14 +95,10 @@ def _verdict(config: CorrectorConfig, full: dict[str, Corrected]) -> str:
     low, high = maker.peak
     peaks = low <= full["p_lead"].peak <= high, low <= after.peak <= high
     return (
-        f"A PI + lead corrector {'gives' if peaks[1] else 'comes nearest to'} the maker's curve: "
+        f"A PI + lead corrector {'gives' if peaks[1] else 'does not give'} the maker's peak: "
         f"{after.f3db:.1f} Hz, {after.f90:.1f} Hz and {after.peak:+.1f} dB, damped by {after.null_zeta:.2f} at null. "
-        f"The error of the phase corner falls from {errors[0]:+.1f} % to {errors[1]:+.1f} %. "
-        + (
-            ""
-            if peaks[0]
-            else f"P + lead shows no such resonance: {full['p_lead'].peak:+.2f} dB at best beside both corners."
-        )
+        f"The error of the phase corner goes from {errors[0]:+.1f} % to {errors[1]:+.1f} %. "
+        + ("" if peaks[0] else f"P + lead does not give it: {full['p_lead'].peak:+.2f} dB at best beside both corners.")
     )
 
 

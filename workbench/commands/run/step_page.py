@@ -61,7 +61,8 @@ def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
         error = float(from_si(best["iae"], signal.unit, signal.si))
         return f"{name}: {best['controller']} follows best, with an IAE of {error:.3g} {signal.unit} s.{unstable}"
     if not able:
-        return f"{name}: no stable controller settles.{unstable}"
+        ends = "settles" if judged.arrives is not None else "goes through it to its end"
+        return f"{name}: no stable controller {ends}.{unstable}"
     best = min(able, key=lambda row: row["settling_s"])
     margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
     return f"{name}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"

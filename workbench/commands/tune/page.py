@@ -1,6 +1,6 @@
 """The report of a search: its cost, the best design's numbers and rows, and its steps beside the start's."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,17 +54,27 @@ def tune_page(
 def _verdict(config: TuneConfig, trials: Sequence[Trial], nearest: Trial, rows: Sequence[Mapping[str, Any]]) -> str:
     cost = nearest.verdict.cost
     if cost is None:
-        return f"None of {len(trials)} designs meets every hard goal. None that met those before met: {_goal(nearest)}."
+        none = f"None of {counted(len(trials), 'design')} meets every hard goal."
+        return f"{none} None that met those before met: {_goal(nearest)}."
     outcome = f"cost {cost:.4g} in trial {nearest.number + 1} of {len(trials)}, at the start {_before(trials[0])}"
     if nearest.number == 0:
-        outcome = f"none of {len(trials)} designs is better than the start, which costs {cost:.4g}"
-    settled = [row["settling_s"] for row in rows if row["settling_s"] is not None]
-    slowest = f"settled in {max(settled):.3g} s at the latest, " if settled else ""
-    return (
-        f"{config.name}: {outcome}. On {counted(len(config.rigs), 'rig')} {slowest}"
-        f"overshoot {_highest(rows, 'overshoot_percent'):.1f} % at most, "
-        f"Ms {_highest(rows, 'ms'):.2f} at most and {rows[0]['ms']:.2f} on the nominal one."
-    )
+        outcome = f"none of {counted(len(trials), 'design')} is better than the start, which costs {cost:.4g}"
+    told = reached(rows, [each.name for each in config.start.scenarios if each.arrives is not None])
+    return f"{config.name}: {outcome}. On {counted(len(config.rigs), 'rig')} {', '.join(told)}."
+
+
+def reached(rows: Sequence[Mapping[str, Any]], arriving: Collection[str]) -> list[str]:
+    """What rows of rigs in scenarios, the nominal rig's first, came to: settling of those that are `arriving`,
+    overshoot and Ms; nothing of what no row has."""
+    settling = [row["settling_s"] for row in rows if row["scenario"] in arriving]
+    settled, never = [each for each in settling if each is not None], settling.count(None)
+    told = [f"settled in {max(settled):.3g} s at the latest"] if settled else []
+    if never:
+        told = [f"{never} of {counted(len(settling), 'run')} never settled", *(f"the others {each}" for each in told)]
+    overshoots, ms = ([row[key] for row in rows if row[key] is not None] for key in ("overshoot_percent", "ms"))
+    told += [f"overshoot {max(overshoots):.1f} % at most"] if overshoots else []
+    told += [f"Ms {max(ms):.2f} at most"] if ms else []
+    return [*told[:-1], f"{told[-1]} and {rows[0]['ms']:.2f} on the nominal one"] if ms and rows[0]["ms"] else told
 
 
 def _before(start: Trial) -> str:
@@ -74,10 +84,6 @@ def _before(start: Trial) -> str:
 
 def _goal(trial: Trial) -> str:
     return str(trial.verdict.missed)
-
-
-def _highest(rows: Sequence[Mapping[str, Any]], key: str) -> float:
-    return max((row[key] for row in rows if row[key] is not None), default=0.0)
 
 
 def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
@@ -110,7 +116,7 @@ def goals_table(trial: Trial) -> Table:
 
 def _rows(config: TuneConfig, rows: Sequence[Mapping[str, Any]]) -> Table:
     keys = ("scenario", "rig", "settling_s", "band", "overshoot_percent", "residual_oscillation", "peak_deviation")
-    note = "At mid stroke; margins are the worse of null and moving. "
+    note = "Margins are those at mid stroke, the worse of null and moving. "
     note += judged_words(config.start.conditions, config.start.rig)
     maker = RowTable(config.start.rig, config.start.signal, config.start.scenarios)
     return maker.table("On every rig of the set", rows, (*keys, "ms", "gain_margin_db"), note)

@@ -64,7 +64,7 @@ def watch_page(
             [
                 _alarms(metrics["alarms"]),
                 *_healthy(metrics),
-                _forecast(metrics["forecast"]),
+                *_forecast(metrics),
                 *_left_out(metrics["left_out"]),
             ],
         ),
@@ -113,8 +113,7 @@ def passing(row: Mapping[str, Any]) -> str:
 
 
 def _sentence(alarm: Mapping[str, Any]) -> str:
-    names, rate = " or ".join(alarm["among"]), alarm["rate"]
-    who = names if alarm["effect"] else f"Something that no suspect explains (nearest: {names or 'none'})"
+    who, rate = _who(alarm), alarm["rate"]
     told = f"told on {alarm['told']}" + (f", and gone since {alarm['until']}" if alarm["until"] else "")
     if rate is None:
         return f"{who} changed since {alarm['since']}; {told}"
@@ -122,6 +121,12 @@ def _sentence(alarm: Mapping[str, Any]) -> str:
     how = drifts if alarm["shape"] == "drift" else "changed at once by"
     size = f"{rate['value']:.3g} {rate['unit']} ({rate['low']:.3g} to {rate['high']:.3g})"
     return f"{who} {how} {size} since {alarm['since']}; {told}"
+
+
+def _who(alarm: Mapping[str, Any]) -> str:
+    """What changed: nothing has a name that explains too little of it."""
+    names = " or ".join(alarm["among"])
+    return names if alarm["effect"] else f"Something that no suspect explains (nearest: {names or 'none'})"
 
 
 def standing(alarms: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -159,7 +164,7 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
     if not alarms:
         return "No alarm."
     rows = [
-        [" or ".join(a["among"]), a["since"], " to ".join(a["since_between"]), a["until"], a["shape"],
+        [_who(a), a["since"], " to ".join(a["since_between"]), a["until"], a["shape"],
          *((a["rate"] or {}).get(key) for key in ("value", "low", "high", "unit")), a["share"], a["told"]]
         for a in alarms
     ]  # fmt: skip
@@ -185,12 +190,12 @@ def _healthy(metrics: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _forecast(rows: Sequence[Mapping[str, Any]]) -> Table | str:
-    if not rows:
-        return "No figure of the loop is on its way past a limit."
-    lines = [[_LOOP[row["figure"]], row["limit"], row["from"], row["to"], row["by"]] for row in rows]
+def _forecast(metrics: Mapping[str, Any]) -> list[Table | str]:
+    why = [metrics["no_forecast"]] if metrics["no_forecast"] else []
+    lines = [[_LOOP[row["figure"]], row["limit"], row["from"], row["to"], row["by"]] for row in metrics["forecast"]]
     note = "80 %, if what changes goes on as it does."
-    return Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
+    table = Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
+    return [*([table] if lines else []), *why]
 
 
 def _retuning(metrics: Mapping[str, Any], shown: RowTable) -> list[Table]:

@@ -94,6 +94,8 @@ def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
     alarmed = [row["name"] for row in rows if standing(row["alarms"])]
     said = f"{len(alarmed)} of {counted(len(rows), 'rig')} {agreed('need', len(alarmed))} attention"
     said += f": {', '.join(alarmed)}." if alarmed else "."
+    unread = [row["name"] for row in rows if not row["sessions"]]
+    said += f" Not read, so that nothing is known of them: {', '.join(unread)}." if unread else ""
     y = np.array([np.nan if margin is None else margin for margin in margins], dtype=float)
     points = Curve("newest session", np.arange(1.0, len(rows) + 1), y, "markers")
     figure = Figure("The loop on each rig", "rig, most urgent first", [Panel("gain margin [dB]", [points])])

@@ -90,6 +90,7 @@ def run_watch(
         healthy = healthy_rate(known, a_year)
         newest = numbers_then(told, days[-1], known.days)
         again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
+    forecast, no_forecast = forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig)
     metrics = {
         "sessions": [
             {
@@ -103,7 +104,8 @@ def run_watch(
             for t, (session, each) in enumerate(zip(sessions, evidence, strict=True))
         ],
         "alarms": [_alarm(each, sessions) for each in told],
-        "forecast": forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig),
+        "forecast": forecast,
+        "no_forecast": no_forecast,
         "retuning": again,
         "left_out": left_out,
         "false_alarms_a_year": a_year,

@@ -19,8 +19,9 @@ CONFIDENCE = 0.95
 class Row:
     """A figure with its 95 % interval in `unit`. `reason` says why there is none, `maker` what the maker states.
 
-    `passed`: None where no limit was given or no figure was found. A figure whose interval reaches over a limit does
-    not pass: what has not been shown to hold is not signed (the guard band of ISO 14253-1, in its sense).
+    `limited`: whether a limit was given; `passed`: None where none was, or no figure was found. A figure whose interval
+    reaches over a limit does not pass: what has not been shown to hold is not signed (the guard band of ISO 14253-1, in
+    its sense).
     """
 
     id: str
@@ -32,6 +33,7 @@ class Row:
     reason: str = ""
     maker: float | str | None = None
     passed: bool | None = None
+    limited: bool = False
 
     def table(self) -> dict[str, Any]:
         """As metrics.json has it."""
@@ -81,10 +83,11 @@ class Limit:
 
     def judged(self, row: Row) -> Row:
         """The row with the maker's figure, and whether its whole interval lies within the limits."""
-        if row.value is None or row.low is None or row.high is None or (self.low is None and self.high is None):
-            return replace(row, maker=self.maker)
+        limited = self.low is not None or self.high is not None
+        if row.value is None or row.low is None or row.high is None or not limited:
+            return replace(row, maker=self.maker, limited=limited)
         within = (self.low is None or row.low >= self.low) and (self.high is None or row.high <= self.high)
-        return replace(row, maker=self.maker, passed=within)
+        return replace(row, maker=self.maker, passed=within, limited=True)
 
 
 def read_limits(path: str | Path) -> dict[str, Limit]:

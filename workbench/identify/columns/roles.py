@@ -95,7 +95,8 @@ def roles(motions: Sequence[Motion]) -> Roles:
     else:
         middle = groups[(len(groups) - 1) // 2]
         held = [m.file for m in middle]
-        size = f"the command that reaches {middle[0].peak:.3g}, between the others"
+        place = "between the others" if len(groups) > 2 else "the smaller of two"
+        size = f"the command that reaches {middle[0].peak:.3g}, {place}"
         reason = f"held out: {len(held)} of {len(moving)}, {size}"
     train = [m.file for m in moving if m.file not in held]
     return Roles({"static": static, "train": train, "heldout": held}, reason)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.words import counted
 from ...rigs.rig import Rig
 from .history import History
 from .loop_costs import TunedLoop, margins, rig_with
@@ -19,6 +20,18 @@ _PLACES = 9  # of the course ahead, at which the loop is judged
 _FEWEST = 4
 
 
+def unforeseen(told: Told | None) -> str:
+    """Why nothing is foreseen of a change, in a sentence; empty where its course is known."""
+    if told is None:
+        return "No alarm stands, so that nothing is foreseen."
+    if told.change.shape != "drift":
+        return "What changed did so at once and goes no further, so that nothing is foreseen."
+    if len(told.numbers) < _FEWEST:
+        seen = counted(len(told.numbers), "session")
+        return f"What drifts could be fitted in {seen}; to foresee how it goes on takes {_FEWEST}."
+    return ""
+
+
 def forecasts(
     known: History,
     told: Told | None,
@@ -27,15 +40,17 @@ def forecasts(
     first: date,
     loop: TunedLoop,
     rig: Rig,
-) -> list[dict[str, Any]]:
-    """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %.
+) -> tuple[list[dict[str, Any]], str]:
+    """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %; and of the others
+    a sentence, why they have none.
 
     What is named goes on by its rate, the other numbers are their `usual` ones: the newest session's oil is not that of
     the day. The loop is judged on the rig of some days ahead, and a limit lies between two of them. The rate is as
     uncertain as it has been unsteady, and the figure as it has wandered before the change.
     """
-    if told is None or told.change.shape != "drift" or len(told.numbers) < _FEWEST:
-        return []
+    why = unforeseen(told)
+    if told is None or why:
+        return [], why
     now = float(known.days[-1])
     ahead = now + np.linspace(0.0, 1.0, _PLACES) ** 2 * _HORIZON * 365.25
     others = {name: value for name, value in usual.items() if name not in told.moving}
@@ -44,9 +59,11 @@ def forecasts(
     start = next((value for value in costs["gain_margin_db"] if value is not None), None)
     if start is not None:
         limits.append(("gain_margin_db", start - LOST, -1))
-    rows = []
+    rows, past = [], []
     for name, limit, side in limits:
         values = [each.get(name) for each in seen]
+        if _beyond(values[0], limit, side) >= 0:
+            past.append(f"{name.removesuffix('_db').removesuffix('_deg').replace('_', ' ')} {limit:.3g}")
         day = passes(ahead - now, values, limit, side)
         wander = 0.0 if day is None else _wander(costs[name][: told.change.first], ahead - now, values, day)
         between = None if day is None else interval(day, told.unsteady(day), wander)
@@ -55,13 +72,20 @@ def forecasts(
             rows.append(
                 {"figure": name, "limit": round(limit, 3), "from": days[0], "to": days[1], "by": told.name.axis}
             )
-    return rows
+    said = f"Beyond already: {', '.join(past)}." if past else ""
+    within = f"Within {_HORIZON:g} year {'no other' if past else 'no'} figure of the loop passes a limit."
+    return rows, said if rows else f"{said} {within}".lstrip()
+
+
+def _beyond(value: float | None, limit: float, side: int) -> float:
+    """How far a figure is beyond its limit, below 0 where it is not; a loop that has none is beyond."""
+    return np.inf if value is None else side * (value - limit)
 
 
 def passes(ahead: np.ndarray, values: Sequence[float | None], limit: float, side: int) -> float | None:
-    """The day on which a figure passes the limit, of its values so many days ahead [n]; a loop that has none is beyond.
+    """The day on which a figure passes the limit, of its values so many days ahead [n].
     None where it has passed, or does not."""
-    y = np.array([np.inf if value is None else side * (value - limit) for value in values])
+    y = np.array([_beyond(value, limit, side) for value in values])
     beyond = np.flatnonzero(y >= 0)
     if not beyond.size or beyond[0] == 0:
         return None

@@ -18,12 +18,14 @@ SHARES = (1.0, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1, 0.05)  # of the envelope, th
 @dataclass(frozen=True, eq=False)
 class Followed:
     """The largest amplitudes [k] m at f [k] Hz of which a loop's position has the `amplitude` within 5 %; is off by no
-    more in amplitude and phase together, its `error`; and that under amplitude and phase `control`. NaN where none."""
+    more in amplitude and phase together, its `error`; and that under amplitude and phase `control`. NaN where none.
+    `uncontrolled`: why nothing controls amplitude and phase, where nothing does."""
 
     f: np.ndarray
     amplitude: np.ndarray
     error: np.ndarray
     control: np.ndarray
+    uncontrolled: str = ""
 
 
 def followed(setup: LoopSetup, spec: ControllerSpec, loops: LinearLoops, f: np.ndarray, most: np.ndarray) -> Followed:
@@ -32,8 +34,12 @@ def followed(setup: LoopSetup, spec: ControllerSpec, loops: LinearLoops, f: np.n
     period = setup.rig.period.value
     points = played_sines(setup.engine, setup.rig, lambda: spec.build(period), setup.null, sines)
     response = np.array([_settled(point) for point in points]).reshape(f.size, len(SHARES))
-    control = np.array([_controlled(setup, spec, loops, *each) for each in zip(f.tolist(), most.tolist(), strict=True)])
-    return Followed(f, _largest(np.abs(np.abs(response) - 1), most), _largest(np.abs(response - 1), most), control)
+    control, why = np.full(f.size, np.nan), ""
+    try:
+        control[:] = [_controlled(setup, spec, loops, *each) for each in zip(f.tolist(), most.tolist(), strict=True)]
+    except ValueError as error:
+        why = str(error)
+    return Followed(f, _largest(np.abs(np.abs(response) - 1), most), _largest(np.abs(response - 1), most), control, why)
 
 
 def highest(f: np.ndarray, amplitude: np.ndarray) -> tuple[float, float, float] | None:
@@ -45,13 +51,10 @@ def highest(f: np.ndarray, amplitude: np.ndarray) -> tuple[float, float, float] 
 
 
 def _controlled(setup: LoopSetup, spec: ControllerSpec, loops: LinearLoops, f: float, most: float) -> float:
-    """The largest amplitude [m] at f [Hz] that is tried with success; NaN for none, and for a loop that has no linear
-    view to correct by."""
+    """The largest amplitude [m] at f [Hz] that is tried with success; NaN for none. Raises ValueError for a loop that
+    has no linear view to correct by."""
     sensor, period = setup.rig.sensors["position"], setup.rig.period.value
-    try:
-        corrected = amplitude_phase(spec, loops, f, 1, sensor.noise)
-    except ValueError:
-        return float("nan")
+    corrected = amplitude_phase(spec, loops, f, 1, sensor.noise)
 
     def holds(share: float) -> bool:
         sine = [(f, share * most)]

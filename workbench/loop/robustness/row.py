@@ -18,7 +18,8 @@ _WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst
 def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dict[str, Any]:
     """One row: quantiles count a plant that never settles as the slowest; None where that is one.
 
-    `times_limit`: the time in which 99 % settle, over the `limit` [s] of the nominal rig at mid stroke.
+    `failing`: on how many plants anything is wrong. `times_limit`: the time in which 99 % settle, over the `limit` [s]
+    of the nominal rig at mid stroke.
     """
     columns = kept.lanes  # each is read where it is needed: all at once would be 43 bytes a plant
     settling = columns["settling_s"]
@@ -37,6 +38,7 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
         "overshoot_worst_percent": finite(np.max(columns["overshoot_percent"])),
         "ms_worst": None if unstable else finite(np.max(columns["ms"])),
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
+        "failing": int(((bad > 0) | columns["held_unstable"].astype(bool)).sum()),
         "cavitating": int((columns["lowest_pressure"] < 0).sum()),
         "times_limit": times_limit(p99, limit),
         "held_unstable": int(columns["held_unstable"].sum()),
