@@ -1,8 +1,10 @@
 """The clients of examples/link/, written after the page on the link, close a P loop on a served rig."""
 
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -60,5 +62,22 @@ def test_a_client_plays_in_real_time(tmp_path, rig, client):
     assert float(done.stdout.partition("moved ")[2].split()[0]) == pytest.approx(moved(rig), abs=0.5)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="its processes know no SIGHUP")
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("client", [python, c])
+def test_a_client_that_is_ended_switches_the_rig_off(tmp_path, client, how):
+    command, place = client(tmp_path)
+    with served(jack_bench(computes=False), lockstep=False) as server:
+        with subprocess.Popen([*command, *place(server)], stderr=subprocess.PIPE, text=True) as process:
+            while server.rig.state != "on":
+                assert process.poll() is None
+                time.sleep(0.005)
+            for _ in range(2):  # as a closed terminal sends several
+                process.send_signal(getattr(signal, how))
+            assert process.communicate(timeout=30)[1] == "interrupted\n"
+        assert process.returncode == 1
+        assert server.rig.state == "off"
+
+
 def test_the_python_client_is_short():
-    assert len((FOLDER / "p_loop.py").read_text().splitlines()) <= 60
+    assert len((FOLDER / "p_loop.py").read_text().splitlines()) <= 72

@@ -10,9 +10,13 @@ import pytest
 from made_links import at, jack_bench, served
 
 from controllers.p import P
+from workbench.base import trust
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.commission import results, study
+from workbench.commands.common.limits_told import limits_json, limits_section
+from workbench.control.controller_type import controller
+from workbench.control.protocol import graph_law
 from workbench.link import datagrams
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
@@ -22,7 +26,7 @@ from workbench.link.hello import Channel, CommandRange, Hello
 from workbench.link.joined import joined
 from workbench.link.wire_loop import WireLoop, stands
 from workbench.loop.guard import Guard
-from workbench.rigs.limited import BY_DEFAULT, HELLO, limits_of, whose
+from workbench.rigs.limited import BY_DEFAULT, HELLO, Limit, limits_of, whose
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig, rig_text
 from workbench.rigs.schema import LIMITS
@@ -180,6 +184,84 @@ def test_a_guard_keeps_pressure_and_range_of_the_command():
     assert max(sent) == 0.5
     guard.watch({"position": 0.0, "pa": 1.95e7, "pb": 1e7})  # at the next sample it would be beyond
     assert guard.tripped == f"pressure of a chamber beyond 0 bar to 200 bar ({HELLO})"
+
+
+def test_limits_on_further_signals_are_kept_where_they_are_measured_and_said_where_they_are_not():
+    told = {
+        "current": (-0.01, 0.01),
+        "supply": (1.9e7, 2.3e7),
+        "jack_force": (-5e4, 5e4),
+        "oil": (5.0, 60.0),
+        "tank": (0.0, 1.0),
+    }
+    rig = joined(RIG, hello(limits=told, channels=tuple(Channel(name, "") for name in (*RIG.sensors, "oil"))))
+    assert all(limit.ends == pytest.approx(told[limit.signal]) for limit in rig.further_limits)
+    assert dict.fromkeys(("current", "supply"), HELLO) | {
+        "jack_force": f"{HELLO}; not measured: foreseen, and the rig keeps it itself",
+        "oil": f"{HELLO}; watched, not foreseen here",
+        "tank": f"{HELLO}; the rig keeps this itself, and it is not foreseen here",
+    } == {limit.signal: limit.whose for limit in rig.further_limits}
+    assert {"limit": "least_supply", "value": 1.9e7, "unit": "Pa", "whose": HELLO} in limits_json(rig)
+    (table,) = limits_section(rig).items
+    assert ["least supply", 190.0, "bar", HELLO] in table.rows
+    with pytest.raises(InputError, match="supply from 2 to 1, no room"):
+        joined(RIG, hello(limits={"supply": (2.0, 1.0)}))
+
+
+def test_a_supply_that_stands_near_its_limit_is_foreseen_to_stay_there():
+    """No motion of a rig with a supply that is stiff moves it; what is left of the limit is counted from rest."""
+    rig = joined(RIG, hello(limits={"supply": (0.0, 1.04 * RIG["Ps"])}))
+    assert allowed.allowed(rig).trouble(controller("controllers.p:P", gain=2.0), np.full(300, 1e-3), 0.0) is None
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    """A rig that trips by acceleration too, and tells that: 10 mm are inside as declared, and beyond at its bounds."""
+    own = bench(RIG, True)
+    return replace(own, limits=(*own.limits, Limit("acceleration", 0.0, 105.0)))
+
+
+def test_drive_foresees_over_the_bounds_and_names_the_plant_that_binds(shaken, tmp_path):
+    text = FAST.replace('"position-10mm", "position-sine-5hz", "position-100mm"', '"position-1mm", "position-10mm"')
+    (tmp_path / "fast.toml").write_text(text)
+    with served(shaken) as server:
+        assert main(["drive", str(tmp_path / "fast.toml"), "--at", at(server), "--out", str(tmp_path / "out")]) == 0
+        assert server.trips == 0
+    told = json.loads((tmp_path / "out/metrics.json").read_text())
+    assert [row["scenario"] for row in told["rows"]] == ["position-1mm"]
+    (refused,) = told["refused"]
+    assert refused["scenario"] == "position-10mm"
+    assert f"of -105 m/s2 ({HELLO}) is foreseen with M 900 kg, beta 8.5e+08 Pa, Ps " in refused["why"]
+    assert {"limit": "acceleration", "value": 105.0, "unit": "m/s^2", "whose": HELLO} in told["limits"]
+    assert refused["why"] in unescape((tmp_path / "out/report.html").read_text())
+
+
+def test_a_guard_keeps_a_further_limit_before_the_rig_trips_and_names_it(shaken):
+    """The motion was not foreseen."""
+    with served(shaken) as server, LinkClient(at(server)) as client:
+        rig = joined(RIG, replace(client.hello, limits={**client.hello.limits, "acceleration": (-20.0, 20.0)}))
+        played = play_course(client, rig, plain(1.0), np.full(200, 0.05), 0.0, name="a step")
+        assert server.trips == 0
+        assert server.rig.state == "off"
+    trip = played.trip
+    assert (trip.by, trip.limit, trip.whose, trip.motion) == ("guard", "acceleration", HELLO, "a step")
+    assert abs(trip.value) == 20.0
+    assert f"acceleration beyond -20 m/s2 to 20 m/s2 ({HELLO}); acceleration was" in trip.words
+    assert abs(played.run.rows[-1][2]) <= RIG.limit("command_rate") * RIG.period.value  # down by the guard's ramp
+
+
+def test_a_law_that_computes_in_python_is_foreseen_at_the_ends_of_the_bounds_too(tmp_path):
+    mine = "class Mine(P):\n    def update(self, realised):\n        super().update(realised)\n"
+    (tmp_path / "mine.py").write_text(f"from controllers.p import P\n\n{mine}")
+    trust.allow(tmp_path / "mine.py")
+    rig = joined(RIG, hello(limits={"acceleration": (-54.0, 54.0)}))
+    plants = allowed.allowed(rig)
+    own = replace(plants, p=plants.p[:1], drawn=plants.drawn[:1])
+    laws = [controller(f"{use}", gain=1.0) for use in ("controllers.p:P", f"{tmp_path}/mine.py:Mine")]
+    assert graph_law(laws[1].build(1e-3)) is None
+    course = np.full(300, 0.05)
+    assert [own.trouble(law, course, 0.0) for law in laws] == [None, None]
+    assert all("is foreseen with M " in plants.trouble(law, course, 0.0) for law in laws)
 
 
 def plain(gain=2.0):

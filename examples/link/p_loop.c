@@ -8,6 +8,7 @@
 #define _POSIX_C_SOURCE 200112L
 #include <arpa/inet.h>
 #include <poll.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,6 +19,12 @@ enum { HELLO, RIG, COMMAND, READING, SWITCH, STATE, HEAD = 7, TRIPPED = 2 };
 static const double gain = 0.3, step = 0.01, seconds = 1.0; /* 1/m, m, s */
 static int line, lockstep;
 static char packet[65536];
+static volatile sig_atomic_t ended;
+
+static void stop(int number)
+{
+    ended = number;
+}
 
 /* Send a datagram, again where nothing comes, until the answer is there: of a reading that of a sequence number. */
 static const char *ask(int kind, const void *body, size_t bytes, int wanted, uint32_t sequence)
@@ -41,6 +48,7 @@ static const char *ask(int kind, const void *body, size_t bytes, int wanted, uin
                 return packet + HEAD;
         }
     }
+    send(line, "JBRIG\x01\x04", HEAD + 1, 0); /* off, should it hear that: a string ends with a 0 */
     fputs("the rig does not answer\n", stderr);
     exit(1);
 }
@@ -64,11 +72,17 @@ int main(int words, char **word)
     const uint32_t samples = (uint32_t)(seconds / atof(period + 11) + 0.5);
     lockstep = strstr(hello, "\"lockstep\"") != NULL;
 
+    struct sigaction ending = {0};
+    ending.sa_handler = stop; /* Ctrl-C, a kill, a closed terminal end the loop, and the rig is switched off */
+    sigaction(SIGINT, &ending, NULL);
+    sigaction(SIGTERM, &ending, NULL);
+    sigaction(SIGHUP, &ending, NULL);
+
     const char *body = ask(SWITCH, "\1", 1, READING, 0);
     double y, start;
     memcpy(&start, body + 13 + 8 * place, 8);
     y = start;
-    for (uint32_t k = 1; k <= samples && !(body[0] & TRIPPED); k++) {
+    for (uint32_t k = 1; k <= samples && !(body[0] & TRIPPED) && !ended; k++) {
         const double command = gain * (start + step - y);
         char out[12];
         memcpy(out, &k, 4);
@@ -78,6 +92,8 @@ int main(int words, char **word)
     }
     const int tripped = body[0] & TRIPPED;
     ask(SWITCH, "\0", 1, STATE, 0);
+    if (ended)
+        return fputs("interrupted\n", stderr), 1;
     printf("moved %.3f of %g mm in %g s", 1e3 * (y - start), 1e3 * step, seconds);
     if (y - start < 0.98 * step)
         printf("; it is on its way, as a gain of %g 1/m is small: raise it to be sooner", gain);

@@ -5,6 +5,7 @@ python examples/link/p_loop.py udp://127.0.0.1:PORT
 """
 
 import json
+import signal
 import socket
 import struct
 import sys
@@ -12,6 +13,7 @@ import sys
 MAGIC, TRIPPED = b"JBRIG\x01", 2
 HELLO, RIG, COMMAND, READING, SWITCH, STATE, REFUSAL = range(7)
 GAIN, STEP, SECONDS = 0.3, 0.01, 1.0  # 1/m, m, s
+ENDS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 host, port = sys.argv[1].removeprefix("udp://").split(":")
 line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -37,6 +39,13 @@ def ask(kind: int, body: bytes, wanted: int, sequence: int | None = None) -> byt
     sys.exit("the rig does not answer")
 
 
+def stop(*_: object) -> None:
+    """Ctrl-C, a kill, a closed terminal: the first of them ends the loop."""
+    for each in ENDS:
+        signal.signal(each, signal.SIG_IGN)
+    sys.exit("interrupted")
+
+
 def position() -> float:
     """In the last reading [m]."""
     return struct.unpack_from(f"<{len(channels)}d", reading, 13)[channels.index("position")]
@@ -44,14 +53,18 @@ def position() -> float:
 
 rig = json.loads(ask(HELLO, b"", RIG))
 channels, lockstep = [channel["name"] for channel in rig["channels"]], rig["mode"] == "lockstep"
-reading = ask(SWITCH, b"\x01", READING, 0)
-start = position()
-for k in range(1, round(SECONDS / rig["period_s"]) + 1):
-    command = GAIN * (start + STEP - position())
-    reading = ask(COMMAND, struct.pack("<Id", k, command), READING, k if lockstep else None)
-    if reading[0] & TRIPPED:
-        sys.exit("the rig tripped")
+for each in ENDS:
+    signal.signal(each, stop)
+try:
+    reading = ask(SWITCH, b"\x01", READING, 0)
+    start = position()
+    for k in range(1, round(SECONDS / rig["period_s"]) + 1):
+        command = GAIN * (start + STEP - position())
+        reading = ask(COMMAND, struct.pack("<Id", k, command), READING, k if lockstep else None)
+        if reading[0] & TRIPPED:
+            sys.exit("the rig tripped")
+finally:
+    ask(SWITCH, b"\x00", STATE)  # the last word, whatever ended the loop
 moved = position() - start
-ask(SWITCH, b"\x00", STATE)
 more = "" if moved > 0.98 * STEP else f"; it is on its way, as a gain of {GAIN:g} 1/m is small: raise it to be sooner"
 print(f"{rig['rig']}, {rig['mode']}: moved {1e3 * moved:.3f} of {1e3 * STEP:g} mm in {SECONDS:g} s{more}")

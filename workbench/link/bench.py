@@ -19,13 +19,7 @@ from ..rigs.shut_off import ShutOff
 from .hello import CommandRange
 
 SIMULATION_FAILED = "the simulation failed"
-_LEAVES = {
-    "position": "stroke",
-    "velocity": "speed limit",
-    "force": "force limit",
-    "pa": "limit of pa",
-    "pb": "limit of pb",
-}
+_LEAVES = {"position": "stroke", "velocity": "speed limit", "force": "force limit"}
 
 
 @dataclass(frozen=True)
@@ -56,7 +50,7 @@ class Bench:
         if trip <= 0:
             return SIMULATION_FAILED
         leg, _, name = self.limits[trip - 1].signal.rpartition(".")
-        return f"{leg + ': ' if leg else ''}beyond its {_LEAVES[name]}"
+        return f"{leg + ': ' if leg else ''}beyond its {_LEAVES.get(name, f'limit of {name}')}"
 
 
 def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.signals import SIGNALS
 from ..rigs.limited import limits_of, nearest_limit
 from ..rigs.rig import Rig
 
@@ -49,7 +48,8 @@ def trip(rig: Rig, t: np.ndarray, signals: Mapping[str, np.ndarray], why: str | 
     if "velocity" not in seen and len(t) > over:
         step = np.maximum(t[over:] - t[:-over], rig.period.value)
         seen["velocity"] = np.concatenate((np.zeros(over), (seen["position"][over:] - seen["position"][:-over]) / step))
-    about = next((own for begins, own in _NAMES.items() if (why or "").startswith(begins)), None)
+    names = {**_NAMES, **{limit.signal: limit.signal for limit in rig.further_limits}}
+    about = next((own for begins, own in names.items() if (why or "").startswith(begins)), None)
     limits = tuple(each for each in limits_of(rig) if about is None or each.signal in about.split())
     late = {name: values[-2 * over :] for name, values in seen.items()}
     nearest = nearest_limit(limits, late)
@@ -57,7 +57,6 @@ def trip(rig: Rig, t: np.ndarray, signals: Mapping[str, np.ndarray], why: str | 
     if nearest is None:
         return Trip(by, None, None, None, None, float(t[-1]), words, motion)
     limit, value = nearest.limit, nearest.value
-    text = SIGNALS[limit.signal].text(float(f"{value:.4g}")) + (", on the way there" if nearest.share < 1 else "")
+    text = limit.shown(value) + (", on the way there" if nearest.share < 1 else "")
     words += f"; nearest to its limit was {limit.text(value)}" if about is None else f"; {limit.signal} was {text}"
-    end = limit.ends[int(value >= limit.middle)]
-    return Trip(by, limit.signal, end, value, limit.whose, float(t[-1]), words, motion)
+    return Trip(by, limit.signal, limit.end(value), value, limit.whose, float(t[-1]), words, motion)

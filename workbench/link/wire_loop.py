@@ -4,6 +4,7 @@ import gc
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,8 @@ class WireLoop:
         self._rig, self._reading = rig, stands(client, rig)
         if (own := _let_back(rig, self.measured)) is not rig:
             self._loop = controller_on(own, controller, self._known, noisy)
+        watched = (each for each in rig.further_limits if each.signal in hello.names)
+        self._further = [(hello.names.index(each.signal), each) for each in watched]
         self._before = self._reading
         self._sent = {0: 0.0}  # commands by their number
         self._loop.reset(self.measured, 0.0)
@@ -150,12 +153,22 @@ class WireLoop:
         if reading.tripped:
             run.keep(reading, first, reference, 0.0, 0.0)
             raise Stopped(None)
-        sent, demanded, _ = self._loop.sample(self.measured, reference, added, future)
-        run.keep(reading, first, reference, self._acting(reading, sent), demanded)
+        beyond = self._beyond()
+        sent, demanded, _ = self._loop.sample(self.measured, reference, nan if beyond else added, future)
+        run.keep(reading, first, reference, self._acting(reading, sent), 0.0 if beyond else demanded)
         self._client.asked = reference, sent
         self._advance(sent, run)
-        if self._loop.tripped is not None:
-            raise Stopped(self._loop.tripped)
+        if (why := beyond or self._loop.tripped) is not None:
+            raise Stopped(why)
+
+    def _beyond(self) -> str | None:
+        """Which further limit the newest reading is beyond, or the next will be if it changes on as it did."""
+        periods = max(1, self._reading.tick - self._before.tick)
+        for place, limit in self._further:
+            now = self._reading.values[place]
+            if not limit.holds(now, (now - self._before.values[place]) / periods):
+                return limit.beyond
+        return None
 
     def _acting(self, reading: Reading, sent: float) -> float:
         """The command of a reading's row, where `sent` answers it: in real time the one that the rig says it took last,

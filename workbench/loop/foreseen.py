@@ -8,7 +8,6 @@ import numpy as np
 from ..records.excitation import Excitation
 from ..rigs.limited import limits_of, nearest_limit
 from ..rigs.rig import Rig
-from .scenarios import Scenario
 
 _ENDS = 0.3  # s after a motion: one that ends in full speed shakes the jack then
 MARGIN = 0.05  # of a limit: nothing that is foreseen may come nearer to it
@@ -25,27 +24,21 @@ def wave_with_end(wave: Excitation) -> Excitation:
     return replace(wave, reference=reference, command=with_end(wave.command, wave.period, 0.0))
 
 
-def scenario_with_end(scenario: Scenario, period: float) -> Scenario:
-    """A scenario with the rest that follows it, where it does not end at rest."""
-    if scenario.arrives is not None:
-        return scenario
-    t = np.arange(round(scenario.duration / period) + 1) * period
-    course = tuple(t.tolist()), tuple(scenario.reference(t).tolist())
-    return replace(scenario, duration=scenario.duration + _ENDS, frequency=None, waveform=course, stands=None)
-
-
-def beyond(rig: Rig, signals: Mapping[str, np.ndarray], tripped: str | None) -> str | None:
-    """Why the guard `tripped`, if it did, after which signals tell nothing; else which limit signals [.., k] by name
-    come too near to, furthest first, in words; None where all stay clear of all."""
-    if tripped is not None:
-        return f"{tripped} is foreseen"
+def beyond(rig: Rig, signals: Mapping[str, np.ndarray]) -> tuple[str, int] | None:
+    """Which limit signals [lanes, k] by name come too near to, furthest first, in words, and the lane; None where all
+    stay clear of all. Of a further limit that is also where the guard's next sample is foreseen beyond it."""
     nearest = nearest_limit(limits_of(rig), signals)
-    if nearest is None or nearest.share <= 1 - MARGIN:
-        return None
-    return f"{nearest.limit.text(nearest.value)} is foreseen"
+    if nearest is not None and nearest.share > 1 - MARGIN:
+        return nearest.limit.text(nearest.value), nearest.lane
+    for limit in rig.further_limits:
+        values = signals.get(limit.signal, np.zeros((0, 2)))
+        lanes, samples = np.nonzero(~limit.holds(values[:, 1:], np.diff(values)))
+        if len(lanes):
+            return limit.text(float(values[lanes[0], samples[0] + 1])), int(lanes[0])
+    return None
 
 
 def emptied(signals: Mapping[str, np.ndarray]) -> str | None:
-    """Whether a chamber falls below 0 bar, where no model holds, in words."""
+    """Whether a chamber falls below 0 bar in signals [.., k], where no model holds, in words."""
     lowest = float(signals["lowest_pressure"].min())
     return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None

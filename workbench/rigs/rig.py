@@ -10,6 +10,7 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS, JackKind
+from .limited import Limit
 from .load import LOADS, ROD_CELL, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
@@ -40,6 +41,8 @@ class Rig(Mapping[str, float]):
     its controller, with the `deadline` of what computes; `stop` what its guard does after a trip, `shut_off` the valve
     that it closes then, where there is one.
 
+    `further_limits`: those of a live rig that was joined, on signals that `limits` say nothing of.
+
     `sessions` are numbers of the plant that were others in the records of a campaign's session, by its name.
     `effect_files` are Python files with effects that the library lacks, by absolute path; see plant/effects.
     """
@@ -63,6 +66,7 @@ class Rig(Mapping[str, float]):
     deadline: Number | None = None
     load: str = SPECIMEN
     shut_off: ShutOff | None = None
+    further_limits: tuple[Limit, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""

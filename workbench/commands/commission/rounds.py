@@ -88,8 +88,8 @@ class Searches:
 Decide = Callable[[Rig, Sequence[ControllerSpec]], ControllerSpec]  # on one of the designs for a rig
 
 
-def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, title: str, decide: Decide) -> Found:
-    """What the campaign in a folder says, and the controller for it."""
+def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, declared: Rig, decide: Decide) -> Found:
+    """What the campaign in a folder says of a rig as it was `declared`, and the controller for it."""
     run, say = searches.run, searches.say
     say("asks what the records say that the datasheet does not")
     allow(TRANSDUCERS)
@@ -99,7 +99,7 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
         folder, effects=[TRANSDUCERS], stage=stage, progress=say, jobs=searches.jobs, learns=False, over=over
     )
     say(sentence(answer))
-    rig = replace(answer.rig, name=f"{title}-found")
+    rig = replace(answer.rig, name=f"{declared.name}-found", further_limits=declared.further_limits)
     say("searches a controller for the rig as it was found")
     spec = decide(rig, searches.designs(rig, f"found-{number}"))
     say("searches what exact numbers would bring")

@@ -127,7 +127,7 @@ def _rounds(
             folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
             campaign_in(folder, rig, spent.client, rest, records, heldout)
             decide = partial(rig_decides, spent, goal=searches.goal, number=number, say=say)
-            found = found_by(folder, searches, spent.client, number, rig.name, decide)
+            found = found_by(folder, searches, spent.client, number, rig, decide)
             way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
             judged = played_way(spent, "found", way, (*STEPS, *SINES), say, number)
             reason = found.again(settling_of(judged, searches.goal))

@@ -8,7 +8,8 @@ from ...rigs.limited import whose
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 
-_NOTE = "Of the rig file and the live rig's hello the tighter one is kept, by all that is foreseen and by the guard."
+_NOTE = "Of the rig file and the live rig's hello the tighter one is kept, by all that is foreseen and by the guard, "
+_NOTE += "unless its line says otherwise."
 _HIDDEN = "flow_error"  # of the guard's observer: no limit of the rig
 
 
@@ -29,4 +30,5 @@ def trip_marks(t: float | None) -> list[Mark]:
 
 
 def _all(rig: Rig) -> list[Number]:
-    return [*(each for name, each in rig.limits.items() if name != _HIDDEN), rig.period]
+    own = (each for name, each in rig.limits.items() if name != _HIDDEN)
+    return [*own, *(number for limit in rig.further_limits for number in limit.numbers), rig.period]

@@ -12,13 +12,13 @@ from ...base.errors import InputError, LinkLost
 from ...control.controller_spec import ControllerSpec
 from ...control.export.program import identifier
 from ...link.client import LinkClient
+from ...link.commissioning.allowed import allowed
 from ...link.course import Played, play_course, rest_record
 from ...link.joined import joined
 from ...link.judged import Judged, judge_played, wire_rig
 from ...link.opc_ua import opc_ua_server, supervised_loop
 from ...link.wire_loop import INTERRUPTED, check
-from ...loop.foreseen import beyond, scenario_with_end
-from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup, play
+from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...records import Record
@@ -101,8 +101,10 @@ def _foretold(
     config: StepConfig, setup: LoopSetup, loops: Mapping[str, LinearLoops], home: float, progress: Progress
 ) -> tuple[dict[tuple[str, str], _Foretold], list[dict[str, str]]]:
     """Every controller in every scenario that a command alone can play, in simulation from where it starts; and those
-    that do not stay clear of the limits, with the reason. Raises InputError where none does."""
+    that do not stay clear of the limits on every plant within the rig's bounds, with the reason. Raises InputError
+    where none does."""
     told, refused, rig = dict[tuple[str, str], _Foretold](), list[dict[str, str]](), setup.rig
+    plants, period = allowed(rig), rig.period.value
     for spec in config.controllers:
         for scenario in filter(_only_command, config.scenarios):
             progress(f"foresees {spec.name}: {scenario.name}")
@@ -110,14 +112,13 @@ def _foretold(
             there = scenario
             if config.signal.name == "position":  # to the millimetre: where it stands exactly makes no difference
                 there = replace(scenario, start=round(start - rig.middle, 3), start_share=0.0)
-            run, row = judge(spec, there, setup, loops[spec.name], config.conditions.noise)
-            whole = scenario_with_end(there, rig.period.value)
-            seen = run if whole is there else play(spec, whole, setup, config.conditions.noise)
-            if why := beyond(rig, seen.record.signals, seen.tripped):
+            t = np.arange(round(there.duration / period) + 1) * period
+            if why := plants.trouble(spec, there.reference(t), there.position(rig.limit("stroke"))):
                 progress(f"{spec.name}: {scenario.name} is not played: {why}")
                 refused.append({"controller": spec.name, "scenario": scenario.name, "why": why})
             else:
-                told[spec.name, scenario.name] = _Foretold(spec, scenario, start, (run, row))
+                own = judge(spec, there, setup, loops[spec.name], config.conditions.noise)
+                told[spec.name, scenario.name] = _Foretold(spec, scenario, start, own)
     if refused and not told:
         what = "{controller}, {scenario}: {why}".format(**refused[0])
         raise InputError(f"{what}, so nothing moved; make it smaller or slower")

@@ -7,14 +7,13 @@ import numpy as np
 from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
+from ...link.commissioning.allowed import allowed, safe
 from ...link.course import Played, play_course, rest_record
 from ...link.joined import joined
 from ...link.judged import wire_rig
 from ...link.trips import Trip
 from ...link.wire_loop import INTERRUPTED, check
-from ...loop.drive_simulation import SMALLER, TRIES, DriveSimulation, drive, trouble
-from ...loop.drive_simulation import play as simulated
-from ...loop.foreseen import beyond, wave_with_end
+from ...loop.drive_simulation import DriveSimulation, drive
 from ...loop.standard_records import standard_set
 from ...records import Record
 from ...records.excitation import Excitation, excitation_text
@@ -68,33 +67,17 @@ def run_live(plan: Plan, at: str, token: str, stage: Stage, progress: Progress) 
 
 
 def _waves(plan: Plan, ready: DriveSimulation) -> list[Excitation]:
-    """What is played: the files, or the standard set as large as it stays clear of the limits. Raises InputError for a
-    file that does not."""
+    """What is played: the files, or the standard set as large as it stays clear of the limits on every plant within the
+    rig's bounds. Raises InputError for a file that does not."""
     rig = ready.rig
     if plan.files and rig.period != plan.rig.period:
         hz, its = 1 / plan.rig.period.value, 1 / rig.period.value
         raise InputError(f"--play: {rig.name} runs at {its:g} Hz, its file says {hz:g} Hz; set its [control] period")
+    plants = allowed(rig)
     for wave in plan.files:
-        if reason := _reason(ready, wave):
+        if reason := plants.trouble_with(ready.loop, wave):
             raise InputError(f"{wave.name}: on {rig.name} in simulation, {reason}; make it smaller")
-    return list(plan.files) or [_clear(ready, wave) for wave in standard_set(ready).values()]
-
-
-def _clear(ready: DriveSimulation, wave: Excitation) -> Excitation:
-    """A wave that the guard lets through, smaller where it comes too near to a limit."""
-    trials = (wave.scaled(float(factor)) for factor in SMALLER ** np.arange(TRIES))
-    why: str | None = None
-    for trial in trials:
-        why = _reason(ready, trial)
-        if why is None:
-            return trial
-    raise InputError(f"{wave.name}: on {ready.rig.name} in simulation, however small, {why}; look at the rig's file")
-
-
-def _reason(ready: DriveSimulation, wave: Excitation) -> str | None:
-    """Why a wave should not be played."""
-    run = simulated(ready, wave_with_end(wave))
-    return trouble(run) or beyond(ready.rig, run.record.signals, None)
+    return list(plan.files) or safe(plants, ready.loop, list(standard_set(ready).values()))
 
 
 def _played(client: LinkClient, rig: Rig, controller: Any, wave: Excitation) -> Played:

@@ -1,6 +1,7 @@
-"""The plants that what was recorded so far allows, and what they take: every motion is played on all of them first."""
+"""The plants that a rig's bounds, or what was recorded so far, allow, and what they take: every motion at a live rig is
+played on all of them first."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -8,17 +9,21 @@ from itertools import product
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import graph_law
 from ...engine import Engine
-from ...loop.batch import Lanes, run_lanes
+from ...linear import Equilibrium
+from ...loop.batch import run_lanes
 from ...loop.drive_simulation import SMALLER, TRIES
 from ...loop.envelope import steps
 from ...loop.foreseen import beyond, emptied, wave_with_end, with_end
 from ...loop.guard_numbers import trip_reason
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
+from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from ...loop.scenarios import Scenario
 from ...plant import build
+from ...plant.effects import numbers_of
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 
@@ -26,6 +31,15 @@ _AS = "-as-"  # between a scenario's name and its smaller size
 DRAWN = 60  # beside the corners
 _WORST = ("M", "beta", "Ps", "K3")  # whose ends decide how far, how fast and how hard a motion goes
 _RECORDED = ("position", "velocity", "force", "pa", "pb", "lowest_pressure")
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Signals [lanes, k] of plants from the `first` on, and which of them trips or fails, and why, if one does."""
+
+    signals: Mapping[str, np.ndarray]
+    first: int = 0
+    tripped: tuple[str, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -60,17 +74,19 @@ class Allowed:
 
     def trouble(self, spec: ControllerSpec, reference: np.ndarray, start: float) -> str | None:
         """Why not all of them stay clear of the limits along deviations `reference` [k] from a start [m from mid
-        stroke]: one trips, or has less than 5 % of a limit left. None where all do."""
+        stroke], and on which plant: one trips, or has less than 5 % of a limit left. None where all do."""
         whole = with_end(reference, self.rig.period.value)
-        return next(filter(None, map(self._trouble, self._runs(spec, whole, start, 0.0))), None)
+        return next(filter(None, map(self._trouble, self._runs(spec, whole, start, np.zeros(len(whole))))), None)
 
     def trouble_with(self, spec: ControllerSpec, wave: Excitation) -> str | None:
         """The same of an excitation in a loop; nor may a chamber empty, where no model holds that the record is to be
         fitted by."""
         start, wave = float(wave.reference[0]), wave_with_end(wave)
-        for part in self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command):
-            if why := self._trouble(part) or emptied(part.signals):
+        for seen in self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command):
+            if why := self._trouble(seen):
                 return why
+            if why := emptied(seen.signals):
+                return f"{why}{self._with(seen.first + int(seen.signals['lowest_pressure'].min(axis=1).argmin()))}"
         return None
 
     def stable(self, spec: ControllerSpec) -> "Allowed":
@@ -87,20 +103,58 @@ class Allowed:
         told = steps(lanes, spec.build(self.rig.period.value), scenario, 1, scenario.duration)
         return Expected(_middle(np.nan_to_num(told.settling, nan=np.inf)), _middle(told.overshoot))
 
-    def _runs(
-        self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray | float
-    ) -> Iterator[Lanes]:
+    def _runs(self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray) -> Iterator[_Seen]:
+        """All of them in lanes; under a controller that computes in Python, those that are not drawn, one by one."""
         lanes, law = self.at(start), graph_law(spec.build(self.rig.period.value))
-        assert law is not None  # P, pressure feedback, the lap inverted and shaping are data
-        recorded = tuple(name for name in _RECORDED if name in self.engine.plant.outputs)
-        for _, part in run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, recorded, added=added):
-            yield part
+        limited = dict.fromkeys((*_RECORDED, *(limit.signal for limit in self.rig.further_limits)))
+        recorded = tuple(name for name in limited if name in self.engine.plant.outputs)
+        if law is None:
+            for lane in np.flatnonzero(~self.drawn).tolist():
+                yield self._run(spec, lanes, lane, reference, added, recorded)
+            return
+        own = run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, recorded, added=added)
+        for where, part in own:
+            ended = np.flatnonzero((part.trip > 0) | part.failed)
+            lane = int(ended[0]) if len(ended) else 0
+            why = trip_reason(self.rig, int(part.trip[lane])) if part.trip[lane] else SIMULATION_FAILED
+            yield _Seen(part.signals, where.start, (why, lane) if len(ended) else None)
 
-    def _trouble(self, part: Lanes) -> str | None:
-        """What keeps lanes from staying clear of the limits."""
-        tripped = np.flatnonzero(part.trip)
-        why = trip_reason(self.rig, int(part.trip[tripped[0]])) if len(tripped) else None
-        return beyond(self.rig, part.signals, why) or ("the simulation fails" if part.failed.any() else None)
+    def _run(
+        self,
+        spec: ControllerSpec,
+        lanes: PlantLanes,
+        lane: int,
+        reference: np.ndarray,
+        added: np.ndarray,
+        recorded: Sequence[str],
+    ) -> _Seen:
+        controller = spec.build(self.rig.period.value)
+        engine, at = (
+            Engine(replace(self.engine.plant, p=lanes.p[lane])),
+            Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0),
+        )
+        level = float(engine.observe(at.x, at.u)[engine.plant.output(controller.measures[0])])
+        run = SampledLoop(engine, self.rig, controller, at).run(level + reference, added=added)
+        signals = {name: run.record.signals[name][None] for name in recorded}
+        return _Seen(signals, lane, (run.tripped, 0) if run.tripped else None)
+
+    def _trouble(self, seen: _Seen) -> str | None:
+        """What keeps plants from staying clear of the limits, and on which plant; after a trip signals tell nothing."""
+        if (found := seen.tripped or beyond(self.rig, seen.signals)) is None:
+            return None
+        why, lane = found
+        return f"{why} is foreseen{self._with(seen.first + lane)}"
+
+    def _with(self, lane: int) -> str:
+        """Which of the plants one is, in words: the rig's own without any."""
+        if lane == 0:
+            return ""
+        numbers, plant = numbers_of(self.rig), self.engine.plant
+        own = [(numbers[name], plant.parameters.index(name)) for name in _WORST if name in plant.parameters]
+        pairs = [(number, float(self.p[lane, place])) for number, place in own if number.uncertain]
+        ends = [f"{each.name} {from_si(value, each.unit, each.si):.4g} {each.unit}" for each, value in pairs]
+        drawn = f", plant {np.cumsum(self.drawn)[lane]} of those drawn" if self.drawn[lane] else ""
+        return f" with {', '.join(ends)}{drawn}"
 
 
 def _middle(values: np.ndarray) -> tuple[float, float | None]:
@@ -137,8 +191,8 @@ def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Ex
         if why is None:
             return trial
     raise InputError(
-        f"{wave.name}: one of the plants that the records allow cannot play it at any size: {why}; widen that limit if "
-        "it is not meant, or narrow the rig's bounds"
+        f"{wave.name}: a plant within the bounds of the rig's numbers cannot play it at any size: {why}; widen that "
+        "limit if it is not meant, or narrow the bounds"
     )
 
 
