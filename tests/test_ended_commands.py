@@ -163,6 +163,22 @@ def test_a_commission_that_is_ended_switches_off_a_rig_that_stays_on_between_cou
 
 
 @pytest.mark.parametrize("how", END)
+def test_a_watch_that_is_ended_says_so_at_once_and_leaves_no_report(how, tmp_path):
+    for day in ("2026-01-01", "2026-01-08"):
+        (tmp_path / "rig" / day).mkdir(parents=True)
+        for file in (ROOT / "experiments/sample").iterdir():
+            (tmp_path / "rig" / day / file.name).symlink_to(file)
+    own = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    with started("watch", tmp_path / "rig", "--out", tmp_path / "out", env=own) as process:
+        assert "session 1 of 2" in process.stderr.readline()
+        process.send_signal(END[how])
+        said = process.stderr.read()
+        assert process.wait(60) == 128 + END[how], said
+    assert said.endswith("jackbench: interrupted; the same command resumes\n")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("how", END)
 def test_a_command_that_is_ended_takes_its_workers_with_it_at_once(how, tmp_path):
     """Whatever they are at, and though the signal is not for them."""
     (tmp_path / "script.py").write_text(SHARED)
