@@ -9,10 +9,10 @@ from scipy.signal import lfilter
 
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.run.automatic import run_automatic, tuned_lanes, tuned_on
+from workbench.commands.run.automatic import run_automatic, tuned_lanes
 from workbench.commands.run.config import load_config
 from workbench.control.automatic_tuning import DAMPING, SHARE, Mode, SmallMoves, gains, pulses, small_moves
-from workbench.loop.automatic import self_tuning
+from workbench.loop.automatic import self_tuning, tuned_on
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.robustness.drawn_plants import drawn_plants
 from workbench.loop.rows import linear_loops, loop_setup
@@ -102,7 +102,7 @@ def test_a_plant_among_many_tunes_itself_as_its_controller_does_alone():
     config = few(2)
     setup = loop_setup(with_delay(config.rig, config.delay))
     plants = drawn_plants(config.drawn, setup.rig, setup.engine, range(2))
-    alone, among = tuned_on(config, setup), tuned_lanes(config, plants)
+    alone, among = tuned_on(config.moving, setup, config.drawn.conditions.noise), tuned_lanes(config, plants)
     numbers = [(spec.design.gain, spec.compensators[0].design.gain) for spec in (alone, *among)]
     assert numbers[1] == pytest.approx(numbers[0], rel=0.01)  # the first is the nominal one
     assert numbers[2] != pytest.approx(numbers[0], rel=0.05)

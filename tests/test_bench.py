@@ -298,6 +298,17 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
     assert force.bode.amplitudes == pytest.approx((900.0, 9e3, 45e3))
 
 
+def test_a_bench_of_one_s_own_has_the_automatic_controller_that_the_shipped_one_has(config):
+    said, shipped = [], load_bench(EXPERIMENTS / "benchmark.toml")
+    (loop,) = study.beside_automatic(config, said.append).loops
+    assert [spec.name for spec in loop.controllers] == ["p", "p-dp", "automatic"]
+    assert said == []
+    wanted = shipped.loops[0].controllers[-1]
+    own, there = ([spec.design.gain, spec.compensators[0].design.gain] for spec in (loop.controllers[-1], wanted))
+    assert own == pytest.approx(there, rel=0.03)  # its noise had another seed
+    assert study.beside_automatic(shipped, said.append) == shipped
+
+
 def judged(name, steps, met=True):
     """A row of the envelope: worst settling [s] by step."""
     goal = {"name": "Ms on every plant", "value": 2.0, "limit": 2.5, "miss": 0.0 if met else 0.1, "where": "bad corner"}

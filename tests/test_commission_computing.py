@@ -1,17 +1,25 @@
 """A commissioning computes no longer than it may: a trace that is out of time says what it has, and names less."""
 
 import time
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
-from made_campaigns import LIBRARY, rubbing_campaign
+from made_campaigns import LIBRARY, campaign, rubbing_campaign
 
 from workbench.base.checkpoint import OutOfTime
 from workbench.base.process_pool import process_pool
 from workbench.cli import main
+from workbench.commands.commission import rounds
 from workbench.commands.commission.rounds import sentence
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace.study import trace_answer
+from workbench.control.controller_type import controller
 from workbench.link.commissioning.computing import Computing
+from workbench.link.commissioning.verify import best_way
+from workbench.plant.effects import find
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
@@ -123,6 +131,50 @@ def burning():
             pass
 
     return burn
+
+
+def lagging_campaign():
+    """The small cylinder behind a drive that lags by 2 ms."""
+    lag = EffectUse("drive.lag", "command filter", {"tau": Number("tau", 2e-3, "s", "s", "made up")})
+    return campaign(replace(RIG, effects=(lag,)))
+
+
+def test_commission_uses_the_rig_as_found_where_the_time_ended_the_trace_that_found_it(tmp_path, monkeypatch):
+    """A drive that lags explains all, and the time of the round's trace is over before its rivals are fitted."""
+    played, fitted, searched = lagging_campaign(), [], []
+    library = (*LIBRARY[:1], find("drive.lag", "command filter"))
+    clock = Clock()
+
+    def stage(name, compute):
+        fitted.append(name)
+        done = no_checkpoint(name, compute)
+        if "refit-1-drive.lag" in name:
+            clock.now += 1000.0
+        return done
+
+    def trace_campaign(_, effects, stage, progress, jobs, learns, over):
+        return trace_answer(played, RIG, library, stage, progress, (), (), False, jobs, learns, over=over)
+
+    def designs(self, rig, name):
+        searched.append(rig)
+        return [controller("controllers.p:P", gain=1.0)]
+
+    monkeypatch.setattr(rounds, "trace_campaign", trace_campaign)
+    monkeypatch.setattr(rounds.Searches, "designs", designs)
+    monkeypatch.setattr(rounds, "_predicted", lambda *_: 0.06)
+    computing = Computing(600.0, clock)
+    searches = rounds.Searches(None, "position-10mm", 1, SimpleNamespace(stage=stage), lambda _: None, computing)
+    found = rounds.found_by(tmp_path, searches, None, 1, RIG, lambda _, specs: specs[0])
+    assert computing.cut == ["the trace of round 1"]
+    assert not [name for name in fitted if "without-1" in name]
+    assert sentence(found.answer).startswith("Not finished: ")
+    assert [use.name for use in searched[0].effects] == ["drive.lag"]
+    assert found.rig.effects[0].numbers["tau"].value == pytest.approx(2e-3, rel=0.2)
+    assert found.explains
+    settled = {"settling_s": {"predicted": 0.06, "measured": 0.061}, "overshoot_percent": {"measured": 0.0}}
+    rows = [{"way": way, "scenario": "position-10mm", **settled} for way in ("automatic", "datasheet", "found")]
+    rows[0]["settling_s"] = {"predicted": 0.05, "measured": 0.05}
+    assert best_way(rows, "position-10mm", found.explains) == "found"
 
 
 def test_too_short_a_time_is_refused(capsys, tmp_path):

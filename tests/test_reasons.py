@@ -23,7 +23,6 @@ from workbench.commands.fit.page import beside_noise
 from workbench.commands.fit.platform import legs_sentence as fitted_legs
 from workbench.commands.frequency.page import Comparison, page
 from workbench.commands.import_ import study as import_study
-from workbench.commands.record.live import _clear
 from workbench.commands.residual.platform import legs_sentence
 from workbench.commands.retune.page import _unseen
 from workbench.commands.robustness.page import _verdict as robustness_verdict
@@ -38,6 +37,7 @@ from workbench.identify.watch.changes import Change
 from workbench.identify.watch.forecast import unforeseen
 from workbench.identify.watch.naming import Name
 from workbench.identify.watch.told import Told
+from workbench.link.commissioning.allowed import allowed, safe
 from workbench.loop.drive_simulation import drive
 from workbench.loop.performance.followed import followed
 from workbench.loop.scenarios import scenario
@@ -203,7 +203,7 @@ def test_an_empty_chamber_is_no_limit_to_be_widened():
     ready = drive(load_rig("jack-10t"))
     huge = excitation("huge", "command", 1e4 * np.ones(50), ready.rig.period.value, ready.rig["xmid"])
     with pytest.raises(InputError, match=r"huge: on jack-10t in simulation, however small, .*; look at the rig's file"):
-        _clear(ready, huge)
+        safe(allowed(ready.rig), ready.loop, [huge])
 
 
 def written(folder: Path, name: str, before: str = "", moves: bool = True, seconds: float = 0.6) -> Path:

@@ -24,6 +24,7 @@ import numpy as np
 from .controller_spec import ControllerSpec
 from .controller_type import controller
 
+READ = "position", "pa", "pb"  # what the moves are told by
 MOVE = 1e-3  # m: of a small move
 PULSE = 0.1  # s: how long the command stands on each side
 GAP = 0.25  # s at rest between pulses

@@ -1,14 +1,19 @@
 """A controller by rules, from small moves alone, which any model has to beat."""
 
+from typing import Any
+
 import numpy as np
 
-from ..control.automatic_tuning import MOVE, PULSE, SmallMoves, tuned
+from ..base.errors import InputError
+from ..control.automatic_tuning import MOVE, PULSE, SmallMoves, pulses, tuned
 from ..control.controller_spec import ControllerSpec
 from ..control.controller_type import controller
 from ..linear import equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
 from .drive_simulation import drive
+from .rows import LoopSetup
+from .sampled_loop import SampledLoop
 
 _LARGEST_PULSE = 0.2  # of full command
 _OVER_NOISE = 20  # times the position sensor's noise that a move goes at least
@@ -19,6 +24,19 @@ def automatic(rig: Rig, moves: SmallMoves) -> ControllerSpec:
     if not {"pa", "pb"} <= rig.sensors.keys():
         return drive(rig).loop.named("automatic")
     return tuned(moves, column(rig), rig.middle)
+
+
+def tuned_on(moving: ControllerSpec, setup: LoopSetup, noise: int | None) -> ControllerSpec:
+    """What the controller is in the end that tunes itself on a rig, from mid stroke; `noise`: the seed of the sensors'.
+    Raises InputError where its moves are cut short."""
+    period = setup.rig.period.value
+    controller: Any = moving.build(period)
+    loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, noise)
+    run = loop.run(np.full(len(pulses(moving.design.pulse, period)), setup.rig.middle))
+    if run.tripped or controller.law is None:
+        why = f": {run.tripped}; look at its limits" if run.tripped else "; look at its file"
+        raise InputError(f"the small moves on {setup.rig.name} were cut short{why}")
+    return controller.law
 
 
 def self_tuning(rig: Rig) -> ControllerSpec:

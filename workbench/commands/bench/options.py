@@ -1,12 +1,12 @@
 """`jackbench bench EXPERIMENT`: every controller on every rig of a set in every scenario."""
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 from ..common.bench_experiment import load_bench
 from ..common.experiment import data_files
 from ..common.options import computes, finish, jobs, works
+from ..common.outcome import Outcome, Progress, Stage
 from ..common.shipped import experiment
 
 
@@ -19,9 +19,13 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _bench(options: argparse.Namespace, words: list[str]) -> None:
     config = load_bench(options.experiment, options.rig)
-    from .study import run_bench
+    from .study import beside_automatic, run_bench
 
     identity = {"command": "bench", "experiment": config.source, "rig": config.rig.table()}
     if files := data_files(config.source):
         identity["files"] = files
-    finish(options, words, Path(options.experiment).stem, identity, partial(run_bench, config, jobs=jobs(options)))
+
+    def study(stage: Stage, progress: Progress) -> Outcome:
+        return run_bench(beside_automatic(config, progress), stage, progress, jobs(options))
+
+    finish(options, words, Path(options.experiment).stem, identity, study)

@@ -1,13 +1,17 @@
 """A bench: controllers x rigs x scenarios, each controller on a rig a stage, and what follows from all of them."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
+from ...base.errors import InputError
 from ...base.process_pool import Jobs, process_pool
+from ...control.automatic_tuning import READ
 from ...control.controller_spec import ControllerSpec
+from ...loop.automatic import self_tuning, tuned_on
 from ...loop.compute_time import summary
 from ...loop.envelope_row import EnvelopeEntry, envelope_entry, envelope_of, has_envelope
 from ...loop.limit import limits_by_name, times_limit
@@ -58,6 +62,27 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
         return bench_page(config, entries, clouds, metrics), bench_picture(config, entries, metrics)
 
     return Outcome(metrics, draw, _tables(entries), subject=subject)
+
+
+def beside_automatic(config: BenchConfig, progress: Progress) -> BenchConfig:
+    """With the controller that small moves on the first rig of the set give by rules, named "automatic", in every
+    position loop that has none of that name: what any other has to beat, judged on the same plants. A rig on which it
+    cannot be had goes without."""
+    taken = {spec.name for loop in config.loops for spec in loop.controllers}
+    loops = []
+    for loop in config.loops:
+        own = loop
+        able = all(rig.is_jack and {*READ} <= rig.sensors.keys() for rig in loop.rigs.values())
+        if able and "automatic" not in taken and loop.signal.name == "position" and has_envelope(loop.scenarios):
+            try:
+                moving, rig = self_tuning(loop.rigs[loop.first]), loop.rigs[loop.first]
+                setup = loop_setup(with_delay(rig, config.conditions.delay(moving, rig)))
+                spec = tuned_on(moving, setup, config.conditions.noise)
+                own = replace(loop, controllers=(*loop.controllers, spec))
+            except InputError as error:
+                progress(f"no automatic controller beside the others: {error}")
+        loops.append(own)
+    return replace(config, loops=tuple(loops))
 
 
 def _beside_limits(config: BenchConfig, entries: Entries, stage: Stage) -> Entries:

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...base.kept_columns import KeptColumns
-from ...control.automatic_tuning import small_moves, tuned
+from ...control.automatic_tuning import READ, small_moves, tuned
 from ...control.controller_spec import ControllerSpec
 from ...control.law import static_law
 from ...control.protocol import graph_law
 from ...engine import Engine
 from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
+from ...loop.automatic import tuned_on
 from ...loop.batch import run_lanes
 from ...loop.limit import limits_by_name
 from ...loop.rig_variations import with_delay
@@ -24,8 +24,7 @@ from ...loop.robustness.linear_loops import linear_loops as loops_at
 from ...loop.robustness.linear_loops import places
 from ...loop.robustness.row import kept_row
 from ...loop.robustness.workers import blocks, linear_stage, played_steps, steps_stage
-from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup
-from ...loop.sampled_loop import SampledLoop
+from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from ...loop.sensors import logged_lanes, settling_band
 from ...plant import build
@@ -33,7 +32,7 @@ from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..robustness.page import robustness_figure
-from .automatic_config import READ, AutomaticConfig
+from .automatic_config import AutomaticConfig
 from .automatic_page import automatic_page
 
 
@@ -44,7 +43,7 @@ def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> 
     for name, rig in config.rigs.items():
         progress(f"{name}: moves, gains, steps")
         setup = loop_setup(with_delay(rig, config.delay))
-        spec = tuned_on(config, setup)
+        spec = tuned_on(config.moving, setup, config.drawn.conditions.noise)
         loops = linear_loops(spec, setup)
         for scenario in config.scenarios:
             _, row = judge(spec, scenario, setup, loops, config.drawn.conditions.noise)
@@ -67,17 +66,6 @@ def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> 
 
     tables = {"drawn": draw, "plants": {**kept.lanes, **gains}}
     return Outcome(metrics, shown, tables, {}, Subject(config.rig, specs))
-
-
-def tuned_on(config: AutomaticConfig, setup: LoopSetup) -> ControllerSpec:
-    """What the controller is in the end that tunes itself on a rig, from mid stroke."""
-    controller: Any = config.moving.build(setup.rig.period.value)
-    loop = SampledLoop(setup.engine, setup.rig, controller, setup.null, config.drawn.conditions.noise)
-    run = loop.run(np.full(len(config.pulses), setup.rig.middle))
-    if run.tripped or controller.law is None:
-        why = f": {run.tripped}; look at its limits" if run.tripped else "; look at its file"
-        raise InputError(f"the small moves on {setup.rig.name} were cut short{why}")
-    return controller.law
 
 
 def tuned_lanes(config: AutomaticConfig, plants: DrawnPlants) -> list[ControllerSpec]:

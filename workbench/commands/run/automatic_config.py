@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.table import Table
-from ...control.automatic_tuning import pulses
+from ...control.automatic_tuning import READ, pulses
 from ...control.controller_spec import ControllerSpec
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
@@ -19,7 +19,6 @@ _KEYS = (
     "experiment", "rig", "rigs", "variation", "scenarios", "scenario", "plants", "seed", "ideal", "step", "seconds",
     "stroke", "positions", "draw",
 )  # fmt: skip
-READ = "position", "pa", "pb"
 
 
 @dataclass(frozen=True)

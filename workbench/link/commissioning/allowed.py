@@ -190,10 +190,7 @@ def _smaller_wave(plants: Allowed, loop: ControllerSpec, wave: Excitation) -> Ex
         why = plants.trouble_with(loop, trial)
         if why is None:
             return trial
-    raise InputError(
-        f"{wave.name}: a plant within the bounds of the rig's numbers cannot play it at any size: {why}; widen that "
-        "limit if it is not meant, or narrow the bounds"
-    )
+    raise InputError(f"{wave.name}: on {plants.rig.name} in simulation, however small, {why}; look at the rig's file")
 
 
 def is_of(name: str, scenario: str) -> bool:

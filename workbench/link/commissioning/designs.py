@@ -94,7 +94,9 @@ def _beside(rig: Rig) -> dict[str, Rig]:
 
 def exactly(rig: Rig) -> Rig:
     """The rig were its numbers known as they are given."""
-    return rig.with_each_number(_exact)
+    stroke = rig.limits["stroke"]
+    inside = replace(stroke, value=min(stroke.value, rig["S"] / 2))  # bounds of S let it be more
+    return replace(rig, limits={**rig.limits, "stroke": inside}).with_each_number(_exact)
 
 
 def _exact(number: Number) -> Number:
