@@ -7,8 +7,9 @@ import numpy as np
 
 from ..columns import HELD, LINEAR, beside
 from ..repair import continuous
-from .source import Heading, Source, unique_headings
-from .stamps import DAY, NOTHING, SECOND, count_of, counted
+from .origin import clock_among
+from .source import UNREAD, Heading, Source, unique_headings
+from .stamps import NOTHING, SECOND, count_of, counted
 from .unit_names import name_of
 from .vocabulary import strengths
 
@@ -20,7 +21,8 @@ CLOCK = Heading("t", "s")
 
 @dataclass(frozen=True)
 class Group:
-    """Channels [n] that were sampled together; `t` [n] is their clock: s of the file's own [float] or ns since 1970
+    """Channels [n] that were sampled together, numbers or cells of text [object], among which a clock is looked for
+    where none is told; `t` [n] is their clock: s of the file's own [float] or ns since 1970
     [int64], None where it is not told.
 
     has_clock_column: one of the channels is that clock already.
@@ -54,7 +56,8 @@ class Group:
 
 def on_one_clock(groups: Sequence[Group], notes: list[str]) -> Source:
     """All channels side by side. Those of a group without a clock that is not of the others' length are left out."""
-    groups = _mended(_from_one_origin([group for group in groups if group.rows > 1], notes), notes)
+    groups = [_with_stamps(group, notes) for group in groups if group.rows > 1]
+    groups = _mended(_from_one_origin([group for group in groups if group.rows], notes), notes)
     if not groups:
         return Source((), iter(()), None, notes)
     timed = [group for group in groups if group.t is not None]
@@ -71,6 +74,21 @@ def on_one_clock(groups: Sequence[Group], notes: list[str]) -> Source:
 
 def _size(group: Group) -> int:
     return group.rows * len(group.values)
+
+
+def _with_stamps(group: Group, notes: list[str]) -> Group:
+    """The group on the clock that its stamps or counts tell, where it has no other; its other text is left out."""
+    numbers = any(values.dtype.kind != "O" for values in group.values)
+    found = clock_among(group.headings, group.values, notes) if numbers and group.t is None else None
+    columns, heading, t = found or ((), CLOCK, group.t)
+    pairs = list(zip(group.headings, group.values, strict=True))
+    pairs = [(heading, t) if k in columns[:1] else pair for k, pair in enumerate(pairs) if k not in columns[1:]]
+    left = [f'{h.cell} ("{next(filter(None, v), "")}")' for h, v in pairs if v is not None and v.dtype.kind == "O"]
+    if left:
+        notes.append(f"{UNREAD}: {', '.join(left)}")
+    own = [(h, v if v is t else v.astype(float)) for h, v in pairs if v is not None and v.dtype.kind != "O"]
+    headings, values = tuple(h for h, _ in own), tuple(v for _, v in own)
+    return replace(group, headings=headings, values=values, t=t, has_clock_column=bool(found) or group.has_clock_column)
 
 
 def _from_one_origin(groups: Sequence[Group], notes: list[str]) -> list[Group]:
@@ -103,7 +121,7 @@ def _since_1970(t: np.ndarray) -> np.ndarray | None:
         return None
     start = t[np.isfinite(t)][0]
     ns = counted(t, count, start)
-    return np.where(ns == NOTHING, NOTHING, ns + int(start * count.ns) + int(count.zero * DAY))
+    return np.where(ns == NOTHING, NOTHING, ns + count.since_1970(start))
 
 
 def _mended(groups: Sequence[Group], notes: list[str]) -> list[Group]:

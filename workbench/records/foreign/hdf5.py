@@ -78,7 +78,7 @@ def _part(item: Any, file: "h5py.File", notes: list[str], depth: int) -> Part:
         return _tree(item, file, notes, depth + 1)
     if item.dtype.names:
         table = np.asarray(item[()])
-        return {name: as_leaf(table[name], _text(item.attrs, _UNITS)) for name in item.dtype.names}
+        return {name: _column(table[name], _text(item.attrs, _UNITS)) for name in item.dtype.names}
     if item.shape is None or "MATLAB_empty" in item.attrs:
         return None
     if h5py.check_ref_dtype(item.dtype):
@@ -95,6 +95,13 @@ def _part(item: Any, file: "h5py.File", notes: list[str], depth: int) -> Part:
     if _is_number(values):
         return float(values.item())
     return as_leaf(values, _text(item.attrs, _UNITS), _names(item.attrs))
+
+
+def _column(values: np.ndarray, unit: str | None) -> Part:
+    if values.dtype.kind not in "SO":
+        return as_leaf(values, unit)
+    texts = [cell.decode(errors="replace") if isinstance(cell, bytes) else cell for cell in values.ravel()]
+    return cells_part(texts, [len(texts)]) if all(isinstance(text, str) for text in texts) else None
 
 
 def _is_number(value: Any) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.words import counted
 from .clocks import Group
 from .nested import Leaf, Tree
+from .stamps import is_stamp
 from .unit_names import is_unit
 
 _NAMES = re.compile(r"name|label|head|channel|kanal|column|spalte|signal|var|title|voie", re.I)
@@ -37,6 +38,7 @@ def labelled(tree: Mapping[str, Part], rates: dict[str, tuple[float, str]], left
     Sample rates are added to `rates`, as seconds from row to row and as they stand there, by the place of their
     structure; what is neither a signal nor said of one to `left`.
     """
+    tree = {name: _stamps(part) for name, part in tree.items()}
     parts = dict(tree)
     texts = {name: part for name, part in parts.items() if isinstance(part, tuple) and isinstance(part[0], str)}
     used: set[str] = set()
@@ -58,6 +60,12 @@ def labelled(tree: Mapping[str, Part], rates: dict[str, tuple[float, str]], left
                 left.append(path if part is None else f"{path} = {part:g}")
     left += [f"{where}.{name}" if where else name for name in texts if name not in used]
     return parts
+
+
+def _stamps(part: Part) -> Part:
+    """Cells of text that are dates or times as a column; any other part as it is."""
+    texts = isinstance(part, tuple) and len(part) > 1 and isinstance(part[0], str)
+    return Leaf(np.array(part, dtype=object)) if texts and is_stamp(next(filter(None, part), "")) else part
 
 
 def cells_part(parts: Sequence[Part], shape: Sequence[int]) -> Part:
@@ -84,7 +92,11 @@ def _table(rows: list[list[Part]]) -> Part:
     if len(rows) - head > 1 and numeric and (head or len(numeric) == len(columns)):
         names = tuple(_with_unit(str(columns[j][0] or ""), str(columns[j][1])) for j in numeric if head)
         leaf = Leaf(np.column_stack([_floats(columns[j][head:]) for j in numeric]), None, names)
-        others = {str(columns[j][0] or j + 1): None for j in range(len(columns)) if j not in numeric}
+        texts = {j: columns[j][head:] for j in range(len(columns)) if j not in numeric}
+        others = {
+            str(columns[j][0] or j + 1): tuple(text) if all(isinstance(cell, str) for cell in text) else None
+            for j, text in texts.items()
+        }
         return {"cells": leaf, **others} if others else leaf
     alike = min((rows, columns), key=lambda lines: sum(len(set(map(type, line))) for line in lines))
     return {str(i): cells_part(line, [len(line)]) for i, line in enumerate(alike, 1)}

@@ -8,6 +8,7 @@ import numpy as np
 
 from .clocks import Group
 from .source import Heading
+from .stamps import count_of
 from .unit_names import heading_of, name_of, plain_unit
 
 _CLOCKS = ("t", "time", "zeit", "temps", "tout", "times", "timestamps")
@@ -19,7 +20,7 @@ _MOST = 64  # columns of a matrix that is a table of signals
 
 @dataclass(frozen=True)
 class Leaf:
-    """Numbers [n] or [n, k], with what is known of them: their unit, and the names of k columns."""
+    """Numbers [n] or [n, k], or text [n], with what is known of them: their unit, and the names of k columns."""
 
     values: np.ndarray
     unit: str | None = None
@@ -68,16 +69,26 @@ def _columns(name: str, leaf: Leaf) -> Iterator[tuple[Heading, np.ndarray]]:
     for i, title in enumerate((name,) if width == 1 and not leaf.names else names):
         heading = heading_of(title)
         unit = plain_unit(leaf.unit) if leaf.unit else heading.unit
-        yield Heading(title, unit), np.asarray(table[:, i], dtype=float)
+        yield Heading(title, unit), _kept(table[:, i])
+
+
+def _kept(values: np.ndarray) -> np.ndarray:
+    """Numbers [n]; text, and whole numbers that count since an epoch, as they are, which a double may cut."""
+    counts = values.dtype.kind in "iu" and count_of(values, None) is not None
+    return values if counts or values.dtype.kind == "O" else values.astype(float)
 
 
 def _timed(title: str, data: Leaf, unit: str | None, clock: Leaf) -> Group:
     pairs = list(_columns(title, Leaf(data.values, data.unit or unit, data.names)))
-    return Group(title, tuple(h for h, _ in pairs), tuple(v for _, v in pairs), np.asarray(clock.values, float).ravel())
+    return _with_time(Group(title, tuple(h for h, _ in pairs), tuple(v for _, v in pairs)), clock)
 
 
 def _with_time(group: Group, clock: Leaf) -> Group:
-    return Group(group.name, group.headings, group.values, np.asarray(clock.values, float).ravel())
+    """A group on a clock: of seconds, or of stamps or counts, which are then its first column."""
+    t = _kept(clock.values.ravel())
+    if t.dtype.kind == "f":
+        return replace(group, t=t)
+    return replace(group, headings=(Heading("t"), *group.headings), values=(t, *group.values))
 
 
 def _plain(where: str, leaves: list[tuple[str, Leaf]]) -> Group:
@@ -90,7 +101,7 @@ def _plain(where: str, leaves: list[tuple[str, Leaf]]) -> Group:
 
 def _is_clock(heading: Heading, values: np.ndarray) -> bool:
     called = name_of(heading.cell).rpartition(".")[2].lower() in _CLOCKS and heading.unit in (None, "s")
-    return called and values.size > 1 and bool(np.all(np.diff(values) > 0))
+    return called and values.dtype.kind == "f" and values.size > 1 and bool(np.all(np.diff(values) > 0))
 
 
 def as_leaf(values: np.ndarray, unit: str | None = None, names: tuple[str, ...] = ()) -> Leaf | None:

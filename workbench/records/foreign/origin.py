@@ -6,15 +6,15 @@ lets the clock go on without a jump.
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
 
-from ...base.errors import InputError
+from .dated import Block, Dated
 from .source import Heading, Source, unique_headings
-from .stamps import DAY, NOTHING, ORDERS, SECOND, Count, count_of, counted, in_order, stamp_of
+from .stamps import NOTHING, SECOND, Count, count_of, counted, stamp_of
 from .unit_names import name_of
 
 _CLOCK = re.compile(
@@ -24,18 +24,17 @@ _SECONDS = re.compile(r"(?P<stem>.+?)[._ /]*(?:secs?|seconds|s)", re.I)
 _NANOSECONDS = re.compile(r"(?P<stem>.+?)[._ /]*(?:nano_?secs?|nsecs?|nanoseconds|ns)", re.I)
 _MILLISECONDS = re.compile(r"ms|msecs?|milli\w*", re.I)
 _LOOKED = 1000  # cells that tell what a column of text holds
-_Key = int | tuple[int, int, int] | None
-
-Block = Sequence[np.ndarray]
 
 
 @dataclass(frozen=True)
 class _Clock:
-    """Columns that together are a clock, what it is called then, and ns since the first row [rows] of a block."""
+    """Columns that together are a clock, what it is called then, ns since the first row [rows] of a block, and, when a
+    block was read, those of the first row since 1970, where its date is told."""
 
     columns: tuple[int, ...]
     heading: Heading
     ns: Callable[[Block], np.ndarray]
+    start: Callable[[], int | None]
 
 
 def since_first_row(source: Source) -> Source:
@@ -62,6 +61,19 @@ def since_first_row(source: Source) -> Source:
     return replace(source, headings=unique_headings(headings), blocks=blocks())
 
 
+def clock_among(
+    headings: Sequence[Heading], values: Block, notes: list[str]
+) -> tuple[tuple[int, ...], Heading, np.ndarray] | None:
+    """The columns [n] that together are a clock of stamps or counts, what it is called, and its times: ns since 1970
+    [int64], or s since the first row [float] where no date is told; None without one."""
+    clock = _clock(headings, values, notes)
+    if clock is None:
+        return None
+    ns = clock.ns(values)
+    start = clock.start()
+    return clock.columns, clock.heading, _seconds(ns) if start is None else np.where(ns == NOTHING, ns, ns + start)
+
+
 def _seconds(ns: np.ndarray) -> np.ndarray:
     return np.where(ns == NOTHING, np.nan, ns / SECOND)
 
@@ -79,14 +91,27 @@ def _are_long(cells: np.ndarray) -> bool:
 def _clock(headings: Sequence[Heading], first: Block, notes: list[str]) -> _Clock | None:
     """The clock of a table by its first block: dates of a library, then stamps, then counts since an epoch."""
     for k, values in enumerate(first):
-        if values.dtype.kind in "Mm" and _moves(values):
+        if values.dtype.kind in "Mm" and _moves(values) and not _is_part(values):
             began = values[~np.isnat(values)][0]
             notes.append(f'"{headings[k].cell}" read as seconds from the first row, {_shown(began)}')
-            return _Clock((k,), Heading(headings[k].cell, "s"), _native(k, began))
+            start = int(began.astype("M8[ns]").astype(np.int64)) if began.dtype.kind == "M" else None
+            return _Clock((k,), Heading(headings[k].cell, "s"), _native(k, began), _told(start))
     columns = _stamped(first)
     if columns:
         return _of_text(columns, headings, first, notes)
     return _of_counts(headings, first, notes)
+
+
+def _told(start: int | None) -> Callable[[], int | None]:
+    return lambda: start
+
+
+def _is_part(values: np.ndarray) -> bool:
+    """Whether dates [n] of a library are whole days, and durations [n] times of day: either may need the other."""
+    known = values[~np.isnat(values)]
+    if values.dtype.kind == "M":
+        return bool(np.all(known == known.astype("M8[D]")))
+    return bool(np.all((known >= np.timedelta64(0)) & (known < np.timedelta64(1, "D"))))
 
 
 def _moves(values: np.ndarray) -> bool:
@@ -105,15 +130,19 @@ def _native(column: int, began: np.generic) -> Callable[[Block], np.ndarray]:
 
 
 def _stamped(first: Block) -> tuple[int, ...]:
-    """Columns of text that are a clock: one with date and time, or a date beside a time of day, or one of them."""
+    """Columns that are a clock: one with date and time, or a date beside a time of day, or one of them."""
     full, dates, times = [], [], []
     for k, values in enumerate(first):
+        if values.dtype.kind in "Mm" and np.any(~np.isnat(values)) and _is_part(values):
+            (dates if values.dtype.kind == "M" else times).append((not _moves(values), k))
         if values.dtype.kind != "O" or _are_long(values):
             continue
         stamps = [stamp for cell in values[:_LOOKED] if (stamp := stamp_of(cell)) is not None]
         if stamps:
             day, time = any(stamp.day is not None for stamp in stamps), any(stamp.ns is not None for stamp in stamps)
             (full if day and time else dates if day else times).append((len(set(stamps)) < 2 < len(stamps), k))
+    if not times:  # the day of a recording is no clock
+        dates = [(still, k) for still, k in dates if not still or first[k].dtype.kind == "O"]
     for kind in (full, dates, times):
         kind.sort()  # those that move first
     if full and not (full[0][0] and times):
@@ -123,18 +152,26 @@ def _stamped(first: Block) -> tuple[int, ...]:
 
 def _of_text(columns: tuple[int, ...], headings: Sequence[Heading], first: Block, notes: list[str]) -> _Clock:
     name = " ".join(headings[k].cell for k in columns)
-    began = " ".join(next((cell.strip() for cell in first[k] if stamp_of(cell) is not None), "") for k in columns)
+    began = " ".join(_first_cell(first[k]) for k in columns)
     notes.append(f'dates and times in "{name}" read as seconds from the first row, {began}')
-    dated = _Dated(name, columns, notes)
+    dated = Dated(name, columns, notes)
     beside = _milliseconds(headings, first, dated.read(first)[1])
     if beside is None:
-        return _Clock(columns, Heading(name, "s"), dated.ns)
+        return _Clock(columns, Heading(name, "s"), dated.ns, dated.start)
     notes.append(f'"{headings[beside].cell}" added to it')
 
     def ns(block: Block) -> np.ndarray:
         return dated.ns([np.asarray(values) for values in block], np.nan_to_num(block[beside] * 1e6).astype(np.int64))
 
-    return _Clock((*columns, beside), Heading(name, "s"), ns)
+    return _Clock((*columns, beside), Heading(name, "s"), ns, dated.start)
+
+
+def _first_cell(values: np.ndarray) -> str:
+    """The first stamp of a column as it is written."""
+    if values.dtype.kind == "O":
+        return next((cell.strip() for cell in values if stamp_of(cell) is not None), "")
+    began = values[~np.isnat(values)][0]
+    return str(began if began.dtype.kind == "M" else began.astype("m8[us]").item())
 
 
 def _milliseconds(headings: Sequence[Heading], first: Block, ns: np.ndarray) -> int | None:
@@ -150,89 +187,11 @@ def _milliseconds(headings: Sequence[Heading], first: Block, ns: np.ndarray) -> 
     return None
 
 
-@dataclass
-class _Dated:
-    """Stamps in text, block by block: what was decided, the first one, and the last of the block before."""
-
-    name: str
-    columns: tuple[int, ...]
-    notes: list[str]
-    orders: list[str] = field(default_factory=lambda: list(ORDERS))
-    first: tuple[_Key, int] | None = None
-    last: dict[str, tuple[_Key, int, int]] = field(default_factory=dict)  # by order: day, ns since the first, midnights
-
-    def ns(self, block: Block, more: np.ndarray | int = 0) -> np.ndarray:
-        """ns since the first stamp [rows]; `more` ns are added to each."""
-        keys, of_day = self.read(block)
-        known = np.flatnonzero(of_day != NOTHING)
-        t = np.full(of_day.size, NOTHING)
-        if not known.size:
-            return t
-        of_day = (of_day + more)[known]
-        keys = [keys[k] for k in known]
-        if self.first is None:
-            self.first = keys[0], int(of_day[0])
-        self.orders = self._possible(keys)
-        times = {order: self._since_first(order, keys, of_day) for order in self.orders}
-        if len(self.orders) > 1 and any(np.any(each[0] != times[self.orders[0]][0]) for each in times.values()):
-            best = min(self.orders, key=lambda order: _broken(times[order][0], self.last.get(order)))
-            self.notes.append(f'dates in "{self.name}" are {best}: in that order the clock goes on')
-            self.orders = [best]
-        self.last = {order: (keys[-1], int(times[order][0][-1]), times[order][1]) for order in self.orders}
-        t[known] = times[self.orders[0]][0]
-        return t
-
-    def read(self, block: Block) -> tuple[list[_Key], np.ndarray]:
-        """The day of each row, and ns since its midnight [rows]."""
-        keys: list[_Key] = [None] * len(block[0])
-        of_day = np.zeros(len(keys), dtype=np.int64)
-        for column in self.columns:
-            for row, cell in enumerate(block[column]):
-                stamp = stamp_of(cell)
-                if stamp is None:
-                    of_day[row] = NOTHING
-                    continue
-                keys[row] = stamp.day if stamp.day is not None else keys[row]
-                if stamp.ns is not None and of_day[row] != NOTHING:
-                    of_day[row] += stamp.ns
-        return keys, of_day
-
-    def _possible(self, keys: Sequence[_Key]) -> list[str]:
-        """The orders in which all days are days."""
-        three = {key for key in (*keys, self.first[0] if self.first else None) if isinstance(key, tuple)}
-        possible = [order for order in self.orders if all(in_order(key, order) is not None for key in three)]
-        if not possible:
-            shown = " and ".join(".".join(map(str, key)) for key in sorted(three)[:: max(1, len(three) - 1)])
-            what = f'column "{self.name}": dates such as {shown} are in no one order'
-            raise InputError(f"{what}; export them as 2025-12-31")
-        return possible
-
-    def _since_first(self, order: str, keys: Sequence[_Key], of_day: np.ndarray) -> tuple[np.ndarray, int]:
-        """ns since the first stamp [rows], and how many midnights went by that no date tells."""
-        assert self.first is not None
-        day: Mapping[_Key, int] = {key: _days(key, order) for key in {*keys, self.first[0]}}
-        t = np.array([day[key] - day[self.first[0]] for key in keys]) * DAY + (of_day - self.first[1])
-        key, before, midnights = self.last.get(order, (keys[0], int(t[0]), 0))
-        steps = np.diff(np.concatenate(([before - DAY * midnights], t)))
-        same = np.array([a == b for a, b in zip((key, *keys), keys, strict=False)])
-        passed = midnights + np.cumsum((steps < -DAY // 2) & same)
-        return t + DAY * passed, int(passed[-1])
-
-
-def _days(key: _Key, order: str) -> int:
-    return (in_order(key, order) or 0) if isinstance(key, tuple) else key or 0
-
-
-def _broken(t: np.ndarray, last: tuple[_Key, int, int] | None) -> tuple[int, int]:
-    """How little a clock goes on: steps backwards, and the way that it makes."""
-    steps = np.diff(t if last is None else np.concatenate(([last[1]], t)))
-    return int(np.sum(steps < 0)), int(np.sum(np.abs(steps)))
-
-
 def _of_counts(headings: Sequence[Heading], first: Block, notes: list[str]) -> _Clock | None:
     """The first column, or pair of columns, that counts since an epoch."""
     for k, heading in enumerate(headings):
         name, numbers = name_of(heading.cell), _whole(first[k])
+        own = name.rpartition(".")[2]  # of a structure
         if not numbers.size or not np.isfinite(numbers[0]):
             continue
         count = count_of(numbers, heading.unit)
@@ -241,10 +200,12 @@ def _of_counts(headings: Sequence[Heading], first: Block, notes: list[str]) -> _
             start, rest = numbers[0], float(first[other][0])
             began = count.date(start + rest * 1e-9)
             notes.append(f'"{heading.cell}" and "{headings[other].cell}" count since 1970: taken as {_TAKEN}, {began}')
-            return _Clock((k, other), _called(_stem(_SECONDS, name)), _pair(k, other, count, start, rest))
-        if count is not None and _CLOCK.fullmatch(name):
+            ns = count.since_1970(start) + round(rest)
+            return _Clock((k, other), _called(_stem(_SECONDS, name)), _pair(k, other, count, start, rest), _told(ns))
+        if count is not None and (_CLOCK.fullmatch(name) or _CLOCK.fullmatch(own)):
             notes.append(f'"{heading.cell}" counts {count.words}: taken as {_TAKEN}, {count.date(numbers[0])}')
-            return _Clock((k,), _called(name), _counting(k, count, numbers[0]))
+            ns = count.since_1970(numbers[0])
+            return _Clock((k,), _called(name), _counting(k, count, numbers[0]), _told(ns))
     return None
 
 

@@ -171,6 +171,11 @@ class Count:
     words: str
     names: tuple[str, ...] = ()
 
+    def since_1970(self, number: np.generic) -> int:
+        """ns from 1970 to a number; a whole one loses none of its digits."""
+        count = int(number) * int(self.ns) if number.dtype.kind in "iu" else int(float(number) * self.ns)
+        return count + int(self.zero * DAY)
+
     def date(self, number: float) -> str:
         """The date and time of a number, of UTC where it counts that."""
         since_1970 = timedelta(days=self.zero) + timedelta(microseconds=float(number) * self.ns / 1e3)
