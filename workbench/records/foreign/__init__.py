@@ -9,7 +9,7 @@ rpc           drive files and responses of test rigs
 tdms, mdf, xlsx, uff, optional    formats whose libraries are optional
 clocks        channels with clocks of their own on one clock
 vocabulary    what a column's name says, in English, German and French
-stamps, dated, origin    dates, times of day and counts since an epoch; the clock of a file as seconds from its first row
+stamps, dated, origin    dates, times of day, counts since an epoch; a file's clock as seconds from its first row
 unit_names    units as header cells have them
 parts         strict .parquet tables of a foreign file
 """
