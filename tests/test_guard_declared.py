@@ -17,12 +17,14 @@ from workbench.linear.equilibria import equilibria
 from workbench.loop.batch import play_lanes
 from workbench.loop.faults import FAULTS, Fault, FaultyLoop
 from workbench.loop.guard import Guard
+from workbench.loop.guard_numbers import guard_numbers, guard_shape
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.rigs import schema
 from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig, rig_text
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -279,3 +281,25 @@ def test_readings_that_repeat_on_the_way_are_bridged_or_called_lost(step, sample
     run = loop.run(np.full(500, step / 2))
     lost = "the position signal is lost: it stood still while the jack moved"
     assert run.tripped == (lost if samples > 1 and step >= 0.1 else None)
+
+
+@pytest.mark.parametrize(
+    ("effect", "formula", "name", "told", "si"),
+    [
+        ("drive.delay", "shift", "delay", (1.7, "ms"), (1.7e-3, "s")),
+        ("jack.friction", "coulomb", "Fc", (2.0, "kN"), (2000.0, "N")),
+        ("main.deadband", "lap", "overlap", (3.0, "%"), (0.03, "1")),
+    ],
+)
+def test_numbers_of_effects_count_in_the_units_of_their_file(effect, formula, name, told, si):
+    rig = load_rig("jack-10t")
+    shape = guard_shape(rig, tuple(rig.sensors), ("position",))
+
+    def numbers(*of):
+        """Of the guard, where a file has the number as it is read from there."""
+        uses = [EffectUse(effect, formula, {name: Number(name, value, unit, unit, "")}) for value, unit in of]
+        return guard_numbers(replace(rig, effects=tuple(uses)), shape, ("position",), True)
+
+    changed = {key for key, value in numbers(si).items() if not np.array_equal(value, numbers()[key])}
+    assert changed
+    assert all(numbers(told)[key] == pytest.approx(numbers(si)[key]) for key in changed)

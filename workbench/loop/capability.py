@@ -81,5 +81,6 @@ def oil_stiffness(rig: Rig) -> float:
 def dead_zone(rig: Rig) -> Number | None:
     """Share of the spool's travel, either side of null, in which lands that overlap let nothing through: as a rig
     declares it or was found to have it, by its main.deadband; None without."""
-    found = (use.numbers["overlap"] for use in rig.effects if use.name == "main.deadband" and "overlap" in use.numbers)
-    return next(found, None)
+    from ..plant.effects import numbers_of  # here: what only reads an experiment builds no plant
+
+    return numbers_of(rig).get("main.deadband.overlap")

@@ -8,6 +8,7 @@ import numpy as np
 from ..engine.guard_shape import TRIPS, WATCHED, GuardShape
 from ..rigs.limited import is_told
 from ..rigs.load import ROD_CELL
+from ..rigs.number import Number
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
 from .capability import dead_zone, oil_stiffness, stall_force
@@ -204,15 +205,20 @@ def _valve_lag(rig: Rig) -> float:
 
 def _dry_friction(rig: Rig) -> float:
     """Coulomb friction [N] that the rig declares; the sign of it is that of the speed."""
-    forces = (
-        n.value for use in rig.effects if use.name == "jack.friction" for n in use.numbers.values() if n.si == "N"
-    )
-    return max(forces, default=0.0)
+    own = (number for name, number in _numbers_of(rig).items() if name.startswith("jack.friction."))
+    return max((number.value for number in own if number.si == "N"), default=0.0)
 
 
 def _delay(rig: Rig) -> float:
     """Time [s] by which the drive gets its command late."""
-    return sum(number.value for use in rig.effects for name, number in use.numbers.items() if name == "delay")
+    return sum(number.value for name, number in _numbers_of(rig).items() if name == "drive.delay.delay")
+
+
+def _numbers_of(rig: Rig) -> dict[str, Number]:
+    """Those of its effects too, SI: a file has them in units of its own."""
+    from ..plant.effects import numbers_of  # here: what only reads an experiment needs no graph
+
+    return numbers_of(rig)
 
 
 def trip_reason(rig: Rig, trip: int) -> str:
