@@ -12,14 +12,10 @@ stable_baselines the vector environments as Stable-Baselines3 takes them
 spaces           action and observation space; reset options, of which there are none
 stepped          what a step gives, and what shells ask of a core
 core             the episodes of N lanes: reset, step, reward, end
-single_lane      a core of one lane, in plain numbers while nothing ends
+loops            under them, N loops of the workbench: plant, sensors, guard and late drive, compiled
 timeline         all that is random in an episode, drawn at its reset
 references       the families that references are drawn from
-lane_guard       the guard of workbench.loop over N lanes
-sensing          readings of the rig's sensors
 observation      the channels of an observation and their full scales
-drives           commands that arrive late
-physics          advance and observe of N lanes: the only place that knows an engine
 picture          an episode so far, drawn
 task             a task's TOML, read strictly; the bundled ones are in tasks/
 speed            steps per second

@@ -60,8 +60,6 @@ class ObservationEncoder:
         self._high, self._low = np.full_like(values, BOUND), np.full_like(values, -BOUND)
         self.reference, self.error, self.command = values.T[:3]
         self._states, self._signals = values[:, 3 : 3 + len(inside)], values[:, 3 + len(inside) :]
-        every = (values, self._states, self._signals, self._gain, self._shift, self._scaled, self._high, self._low)
-        self._one = tuple(each[0] for each in every)
 
     def __reduce__(self) -> tuple[object, ...]:
         return ObservationEncoder, self._made_of  # its arrays are views of each other, filled anew in every step
@@ -78,21 +76,6 @@ class ObservationEncoder:
             np.subtract(scaled, self._shift, scaled)
         np.fmin(scaled, self._high, scaled)  # fmin and fmax turn what is not a number into a bound
         np.fmax(scaled, self._low, scaled)
-        return scaled.astype(np.float32)
-
-    def encode_one(self, loop: tuple[float, float, float], x: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """`encode` for the first lane alone: its reference, error and command, state [n] and signals [names]."""
-        row, states, signals, gain, shift, scaled, high, low = self._one
-        row[0], row[1], row[2] = loop
-        if len(states):
-            states[:] = x
-        if len(signals):
-            measured.take(self._columns, out=signals, mode="clip")
-        np.multiply(row, gain, scaled)
-        if self._shifted:
-            np.subtract(scaled, shift, scaled)
-        np.fmin(scaled, high, scaled)
-        np.fmax(scaled, low, scaled)
         return scaled.astype(np.float32)
 
 

@@ -1,31 +1,23 @@
 """One jack as a Gymnasium environment: a shell over a core of one lane."""
 
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-import numpy as np
-
+from .core import Core
 from .one_lane import OneJack
-from .single_lane import SingleLaneCore
 from .spaces import observation_space
 from .task import load_task
 
 
-class _Jack(OneJack[SingleLaneCore]):
+class _Jack(OneJack[Core]):
     """What both loops share."""
 
     loop: ClassVar[str]
 
     def __init__(self, task: str | Path, render_mode: str | None) -> None:
-        core = SingleLaneCore(load_task(task, self.loop))
+        core = Core(load_task(task, self.loop), 1)
         rig, step = core.task.rig, core.task.control_periods * core.task.rig.period.value
         self._wrap_jack(core, observation_space(core.channels), render_mode, (rig, self.loop, step))
-
-    def _step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        fast = self.core.fast_step(action.item())
-        if fast is not None:
-            return fast.observation, fast.reward, False, False, {"error": fast.error, "command": fast.command}
-        return super()._step(action)
 
 
 class JackPosition(_Jack):
@@ -103,9 +95,9 @@ class JackPosition(_Jack):
     then creep from the nominal equilibrium to their own. All that is random in an episode is drawn at its reset.
 
     ## End
-    Terminated when the guard trips (a lost or non-finite signal, the rig's stroke, speed or force limit, a non-finite
-    action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
-    `episode` (1 s) is over.
+    Terminated in the step at whose beginning the guard trips, by any of its rules: beyond the rig's limits, too late to
+    brake before them, signals that cannot be believed, a non-finite action. Also at an end stop, or when the simulation
+    fails. `info["trip"]` then says why. Truncated when the task's `episode` (1 s) is over.
 
     ## Picture
     With `render_mode="rgb_array"`, `render()` draws the jack, and what was asked for, came and was commanded so far.
@@ -188,9 +180,9 @@ class JackForce(_Jack):
     their own. All that is random in an episode is drawn at its reset.
 
     ## End
-    Terminated when the guard trips (a lost or non-finite signal, the rig's stroke, speed or force limit, a non-finite
-    action), at an end stop, or when the simulation fails; `info["trip"]` then says why. Truncated when the task's
-    `episode` (1 s) is over.
+    Terminated in the step at whose beginning the guard trips, by any of its rules: beyond the rig's limits, too late to
+    brake before them, signals that cannot be believed, a non-finite action. Also at an end stop, or when the simulation
+    fails. `info["trip"]` then says why. Truncated when the task's `episode` (1 s) is over.
 
     ## Picture
     With `render_mode="rgb_array"`, `render()` draws the jack, and what was asked for, came and was commanded so far.

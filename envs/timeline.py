@@ -18,7 +18,7 @@ class Episode:
 
     `p` are the plant's parameters, `start` the position from mid stroke, `reference` [k] the deviation of the
     controlled signal from its start, `end` [2, k] the far end's position from mid stroke and velocity (k is 1 if it is
-    fixed), `noise` [k, noisy] what the sensors add.
+    fixed), `noise` [k, noisy] standard normal numbers.
     """
 
     p: np.ndarray
@@ -31,17 +31,25 @@ class Episode:
 class EpisodeSampler:
     """Draws episodes of a task: everything random about them comes from the generator, at once, before they begin.
 
-    `noise` are the standard deviations of the noisy sensors, SI.
+    `noisy`: how many sensors have noise.
     """
 
-    def __init__(self, task: Task, plant: Plant, noise: np.ndarray) -> None:
-        self._task, self._plant, self._noise = task, plant, noise
+    def __init__(self, task: Task, plant: Plant, noisy: int) -> None:
+        self._task, self._plant, self.noisy = task, plant, noisy
         # one step more than an episode has: a lane that waits for its reset has a time too
         self.t = task.rig.period.value * np.arange((task.steps + 1) * task.control_periods + 1)
         self._places, self._low, high = _bounded(task.rig, plant)
         self._span = high - self._low
         weights = np.array([weight for weight, _ in task.references])
         self._chances = np.cumsum(weights)[:-1] / weights.sum()
+
+    @property
+    def extremes(self) -> np.ndarray:
+        """Parameters [3 or 1, k] of plants with the least, the largest and other numbers of all that are drawn."""
+        p = np.tile(self._plant.p, (3 if self._task.randomise else 1, 1))
+        if self._task.randomise:
+            p[:, self._places] = self._low + self._span * np.array([[0.0], [0.618], [1.0]])
+        return p
 
     def draw(self, random: np.random.Generator) -> Episode:
         """The next episode."""
@@ -55,7 +63,7 @@ class EpisodeSampler:
             p[self._plant.parameters.index("cs")] = task.specimen.damping.uniform(random)
             if task.specimen.end is not None:
                 end = end + _motion(task.specimen.end, random, self.t)
-        noise = random.standard_normal((len(self.t), len(self._noise)), np.float32) * self._noise
+        noise = random.standard_normal((len(self.t), self.noisy), np.float32)
         return Episode(p, start, self.family(random).make(random, self.t), end, noise)
 
     def family(self, random: np.random.Generator) -> Family:

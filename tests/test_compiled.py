@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.engine import Engine, emit, object_cache, rosenbrock
+from workbench.engine import emit, object_cache, rosenbrock
 from workbench.engine.backend import NotCompiled, Stepping, compile_plant
 from workbench.engine.compiled import CompiledPlant
 from workbench.engine.engine import back_end_of
@@ -384,19 +384,6 @@ def test_a_room_imports_no_more_than_it_needs(room: str, heavy: str) -> None:
     code = f"import sys, workbench.{room}; print([name for name in {heavy.split()} if name in sys.modules])"
     root = Path(__file__).parent.parent
     assert subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True).stdout == "[]\n"
-
-
-def test_advance_and_observe_together_are_both(plant, engine, rest, commanded):
-    for each in (engine, Engine(plant, back_end="interpreted")):
-        (u,) = commanded([0.3])
-        reached = each.advance_observe(rest.x, u, 2e-3)
-        assert reached is not None
-        after, outputs = reached
-        np.testing.assert_array_equal(after, each.advance(rest.x, u, 2e-3))
-        np.testing.assert_array_equal(outputs, each.observe(after, u))
-        assert each.advance_observe(rest.x * np.nan, u, 2e-3) is None
-        with pytest.raises(ValueError, match="must be positive"):
-            each.advance_observe(rest.x, u, 0.0)
 
 
 def test_outputs_of_no_rows_are_none(plant, engine):

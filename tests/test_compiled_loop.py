@@ -9,10 +9,14 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
+from workbench.control.law import static_law
 from workbench.engine import Engine
+from workbench.engine.guard_shape import length
 from workbench.linear import equilibrium
+from workbench.loop.compiled_loop import compiled_law
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop
+from workbench.loop.sensors import Sensors
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
 
@@ -129,3 +133,35 @@ def test_a_rig_that_takes_absurdly_many_steps_is_refused_in_one_line(rig, monkey
     loop = SampledLoop(engine, rig, TUNED[0].build(rig.period.value), rest, 1)
     with pytest.raises(InputError, match="jack-10t: a simulated second takes more than 100 steps of integration"):
         loop.run(np.zeros(200), added=0.5 * np.random.default_rng(0).uniform(-1, 1, 200))
+
+
+@pytest.mark.parametrize("lanes", [1, 3])
+@pytest.mark.parametrize("delay", [0.0, 2.5e-3])
+def test_steps_in_fixed_places_are_one_run_to_the_bit_and_a_lane_that_fails_stays(lanes, delay):
+    """A run of 12 instants, and four calls of three; then the first lane's plant cannot be simulated."""
+    rig = with_delay(load_rig("jack-10t"), delay)
+    engine, period, calls = Engine(build(rig)), rig.period.value, 4
+    rest, sensors = equilibrium(engine.plant), Sensors(rig, engine.plant.outputs, None)
+    law = static_law([5.0, -5.0], ("position",), period)
+    ready = compiled_law(engine, rig, [law], sensors, engine.plant.p[None], ("force",))
+    start, numbers = (
+        ready.start(np.zeros((lanes, 0)), np.tile(rest.u[:1], (lanes, 1))),
+        ready.numbers([law], np.zeros(1)),
+    )
+    rows = np.zeros((lanes, 3 * calls, length(ready.shape.inputs(engine.plant))))
+    rows[:, :, 0] = 0.02 * np.random.default_rng(0).standard_normal((lanes, 3 * calls))
+    x, state = np.tile(rest.x, (lanes, 1)), start.copy()
+    batch, out = engine.run_sampled(ready.shape, x, ready.durations, state, rows, numbers)
+    steps = engine.sampled_steps(ready.shape, ready.durations, start.copy(), np.zeros_like(rows[:, :3]), numbers)
+    steps.x[:], steps.u[:], steps.p[:] = rest.x, rest.u, engine.plant.p
+    for k in range(calls):
+        steps.rows[:] = rows[:, 3 * k : 3 * k + 3]
+        assert not steps.advance().any()
+        np.testing.assert_array_equal(steps.out, out[:, 3 * k : 3 * k + 3])
+        np.testing.assert_array_equal(steps.x, batch.x[:, 3 * k + 3])
+    np.testing.assert_array_equal(steps.law, state)
+    np.testing.assert_array_equal(steps.observe(), engine.outputs(steps.x, steps.u))
+    steps.p[0, engine.plant.parameters.index("beta")] = np.nan
+    assert steps.advance().tolist() == [True] + [False] * (lanes - 1)
+    np.testing.assert_array_equal(steps.x[0], batch.x[0, -1])
+    assert np.isfinite(steps.x).all()

@@ -44,11 +44,11 @@ def test_a_jack_gets_its_commands_late(task, milliseconds):
     still = {"start": {"low": 0, "high": 0, "unit": "mm"}, "randomise": False}
     env, engine, fine = JackPosition(task(milliseconds, **still)), Engine(build(load_rig("jack-10t")), 1e-8), 10
     env.reset(seed=0)
-    x, held = env.core.x[0].copy(), env.core.u[0].copy()
+    x, held = env.core.loops.x[0].copy(), env.core.loops.u[0].copy()
     commands, reached = [], []
     for action in actions(1)[:, 0]:
         commands.append(env.step(action)[-1]["command"])
-        reached.append(env.core.x[0].copy())
+        reached.append(env.core.loops.x[0].copy())
     u = np.tile(held, (STEPS * fine, 1))
     shift = round(milliseconds * fine)
     u[shift:, 0] = np.repeat(commands, fine)[: len(u) - shift]
@@ -62,7 +62,7 @@ def test_lanes_of_different_delays_are_the_single_environment_bit_for_bit(task):
     together, alone = JackPositionVector(lanes, path), SyncVectorEnv([lambda: JackPosition(path)] * lanes)
     for ours, theirs in zip(together.reset(seed=3)[:1], alone.reset(seed=3)[:1], strict=True):
         np.testing.assert_array_equal(ours, theirs)
-    delays = [together.core.plant.lateness(p) for p in together.core.p]
+    delays = [together.core.plant.lateness(p) for p in together.core.loops.p]
     assert len(set(delays)) == lanes
     ends = 0
     for action in np.concatenate((actions(lanes), actions(lanes))):

@@ -6,12 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_tasks import hold_at, make
 
-from envs.lane_guard import LaneGuard, Trip
-from envs.sensing import LaneSensors
 from envs.single import JackPosition
-from workbench.loop.guard import Guard
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.rigs.rig_file import load_rig
 
 
 @pytest.mark.parametrize("task", ["position", "force-moving-end"])
@@ -37,47 +33,6 @@ def test_observations_stay_in_their_space_whatever_the_agent_does(task):
     check()
 
 
-@settings(max_examples=60)
-@given(st.data())
-def test_lane_guard_trips_only_where_the_guard_does_and_limits_alike(data):
-    rig, lanes, names = load_rig("jack-10t"), 3, ("pa", "position", "force")
-    guards, together = [Guard(rig) for _ in range(lanes)], LaneGuard(rig, names, lanes)
-    for guard in guards:
-        guard.reset(0.1)
-    together.reset(np.arange(lanes), 0.1)
-    odd = st.sampled_from([np.nan, np.inf])
-    signals = st.tuples(
-        st.floats(0, 3e7) | odd, st.floats(-4e-3, 4e-3) | st.floats(-0.25, 0.25), st.floats(-9.1e4, 9.1e4)
-    )
-    demands = st.floats(-2, 2) | odd | st.just(1e200)
-    for _ in range(data.draw(st.integers(1, 8))):
-        measured = np.array(data.draw(st.tuples(*[signals] * lanes)))
-        demanded = np.array(data.draw(st.tuples(*[demands] * lanes)))
-        together.watch(measured)
-        got = together.limit(demanded)
-        for lane, guard in enumerate(guards):
-            guard.watch(dict(zip(names, measured[lane].tolist(), strict=True)))
-            sent = guard.limit(float(demanded[lane]))
-            if guard.tripped is None:
-                assert got[lane] == sent
-                assert together.trip[lane] == Trip.NONE
-
-
-def test_sensors_hiss_and_round_as_the_rig_says(rig):
-    outputs = ("position", "velocity", "pa")
-    sensors, ideal = LaneSensors(rig, outputs, ideal=False), LaneSensors(rig, outputs, ideal=True)
-    true, count = np.tile([0.1, 2.0, 1e7], (4000, 1)), 4000
-    noise = np.random.default_rng(0).standard_normal((count, 2)) * sensors.noise
-    seen = sensors.read(true, noise, np.arange(count))
-    assert sensors.names == ("position", "pa")
-    np.testing.assert_array_equal(ideal.read(true, noise, np.arange(count)), true[:, [0, 2]])
-    for column, name in enumerate(sensors.names):
-        sensor = rig.sensors[name]
-        counts = seen[:, column] / sensor.resolution
-        np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-        assert np.std(seen[:, column]) == pytest.approx(sensor.noise, rel=0.05)
-
-
 class Proportional:
     measures = ("position",)
 
@@ -91,17 +46,43 @@ class Proportional:
         pass
 
 
-def test_an_episode_is_a_loop_of_the_workbench(rig, engine, rest, written):
-    path = written("position", **hold_at(10))
-    env = JackPosition(path)
+class Constant(Proportional):
+    def compute(self, reference, measurement):
+        return 0.5
+
+
+@pytest.mark.parametrize("law", [Proportional(), Constant()])
+def test_an_episode_is_a_loop_of_the_workbench_to_its_trip(rig, engine, rest, written, law):
+    env = JackPosition(written("position", **hold_at(10)))
     env.reset(seed=0)
-    steps, place = 100, env.core.plant.state("x")
+    place, info = env.core.plant.state("x"), {}
     positions, commands = [], []
-    for _ in range(steps):
-        positions.append(env.core.x[0, place])
-        info = env.step(np.array([20 * (0.01 - positions[-1])]))[4]
+    while "trip" not in info and len(commands) < 150:
+        positions.append(env.core.loops.x[0, place])
+        action = law.compute(0.01, {"position": positions[-1]})
+        info = env.step(np.array([action]))[4]
         commands.append(info["command"])
-    run = SampledLoop(engine, rig, Proportional(), rest).run(np.full(steps, 0.01))
+    run = SampledLoop(engine, rig, law, rest).run(np.full(len(commands), 0.01))
     np.testing.assert_allclose(positions, run.record.signals["position"], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(commands, run.record.signals["command"], rtol=1e-6, atol=1e-9)
+    assert info.get("trip") == run.tripped
+    assert (run.tripped is None) == (len(commands) == 150) == (type(law) is Proportional)
     assert max(commands) > 0.19
+
+
+def test_an_agent_sees_what_the_guard_reads_of_the_sensors(rig):
+    """Noise and resolution of each sensor, and none of another: what is observed less what is true, scaled back."""
+    env, seen, true = make("position-sensors"), [], []
+    observation, _ = env.reset(seed=0)
+    core = env.core
+    for _ in range(300):
+        seen.append(
+            [value * each.full_scale + each.zero for value, each in zip(observation, core.channels, strict=True)]
+        )
+        true.append(core.plant.observe(core.loops.x, core.loops.u, core.loops.p)[0])
+        observation, *_ = env.step(np.zeros(1))
+    for column, channel in enumerate(core.channels[3:], 3):
+        sensor, values = rig.sensors[channel.name], np.array(seen)[:, column]
+        noise = values - np.array(true)[:, core.plant.output(channel.name)]
+        assert np.std(noise) == pytest.approx(np.hypot(sensor.noise, sensor.resolution / np.sqrt(12)), rel=0.15)
+        assert values / sensor.resolution == pytest.approx(np.round(values / sensor.resolution), abs=0.02)

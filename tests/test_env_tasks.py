@@ -111,4 +111,4 @@ def test_another_kind_of_rig_runs(written):
     for _ in range(20):
         observation, _, terminated, _, _ = env.step(np.array([0.02]))
         assert not terminated
-    assert env.core.x[0, env.core.plant.state("v")] > 0
+    assert env.core.loops.x[0, env.core.plant.state("v")] > 0

@@ -163,15 +163,15 @@ def test_rig_numbers_are_drawn_within_their_bounds_or_left_alone(written):
     core = Core(load_task("force", "force"), 40)
     core.reset([np.random.default_rng(i) for i in range(40)])
     rig, names = core.task.rig, core.plant.parameters
-    drawn = {name for i, name in enumerate(names) if np.ptp(core.p[:, i]) > 0}
+    drawn = {name for i, name in enumerate(names) if np.ptp(core.loops.p[:, i]) > 0}
     assert drawn == {name for name, n in rig.numbers.items() if n.low is not None} | {"ks", "cs"}
     for name, n in rig.numbers.items():
         if n.low is not None:
-            values = core.p[:, names.index(name)]
+            values = core.loops.p[:, names.index(name)]
             assert n.low <= values.min() < values.max() <= n.high
     still = Core(load_task(written("position", randomise=False), "position"), 3)
     still.reset([np.random.default_rng(i) for i in range(3)])
-    np.testing.assert_array_equal(still.p, np.tile(still.plant.p, (3, 1)))
+    np.testing.assert_array_equal(still.loops.p, np.tile(still.plant.p, (3, 1)))
 
 
 def test_numbers_of_effects_are_drawn_within_their_bounds(rig, written, tmp_path):
@@ -179,7 +179,7 @@ def test_numbers_of_effects_are_drawn_within_their_bounds(rig, written, tmp_path
     save_rig(replace(rig, effects=(friction,)), tmp_path / "rough.toml")
     core = Core(load_task(written("position", rig="rough.toml"), "position"), 30)
     core.reset([np.random.default_rng(i) for i in range(30)])
-    drawn = core.p[:, core.plant.parameters.index("jack.friction.Fc")]
+    drawn = core.loops.p[:, core.plant.parameters.index("jack.friction.Fc")]
     assert 500 <= drawn.min() < 900 < 1600 < drawn.max() <= 2000
 
 

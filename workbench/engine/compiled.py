@@ -113,17 +113,6 @@ class CompiledPlant:
         """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
         return self._bench.reached.copy() if self._advanced(x, u, duration, p) else None
 
-    def advance_observe(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """`advance`, and the outputs [outputs] there under the same input."""
-        if not self._advanced(x, u, duration, p):
-            return None
-        bench = self._bench
-        bench.after_job.next = 0
-        self._single.outputs(bench.after_address)
-        return bench.reached.copy(), bench.y.copy()
-
     def stepping(self) -> "SteppingCode":
         """What steps this plant from machine code: addresses of its functions, and buffers of its own for them."""
         buffers = CallBuffers(self._n, self._m, self._p, self._k, self._stepping)
@@ -214,22 +203,32 @@ class CompiledPlant:
         x[:, 0] = x0
         out = np.full((lanes, instants, width_out), np.nan)
         attempts, failed = np.zeros(lanes, dtype=np.int64), np.full(lanes, -1)
-        job = RunJob(
-            **_addresses(x0=x0, duration=t, u=t, p=p, x=x, attempts=attempts, failed=failed),
-            **_addresses(law=law, rows_in=rows_in, numbers=numbers, rows_out=out),
-            **_counts(lanes, instants * parts, every * parts, x.shape[1]),
-            **_lane_strides(t=t, p=p),
-            **_lane_strides(law=law, numbers=numbers, **{"in": rows_in, "out": out}),
-            **self._limits(float(durations.flat[0])),
-            sample=sample,
-            parts=parts,
-            in_row=rows_in.shape[2],
-            out_row=width_out,
-        )
+        places = {"x0": x0, "duration": t, "p": p, "law": law, "rows_in": rows_in, "numbers": numbers, "rows_out": out}
+        places |= {"attempts": attempts, "failed": failed}
+        job = self._sampled_job(sample, parts, every, x.shape[1], places, x.ctypes.data)
         _share((self._single if lanes == 1 else self._block).run, job, lanes, instants * parts)
         for lane in np.flatnonzero(failed >= 0):
             x[lane, failed[lane] // (parts * every) + 1 :] = np.nan
         return Batch(x, attempts, np.where(failed < 0, -1, failed // parts)), out
+
+    def _sampled_job(
+        self, sample: int, parts: int, every: int, records: int, places: dict[str, np.ndarray], x: int
+    ) -> RunJob:
+        """Of all arrays by their names in it, `records` of a lane's states from the address x on."""
+        t, into, out = (places[name] for name in ("duration", "rows_in", "rows_out"))
+        lanes, instants = out.shape[:2]
+        return RunJob(
+            **_addresses(**places, u=t),
+            **_counts(lanes, instants * parts, every * parts, records),
+            **_lane_strides(t=t, **{name: places[name] for name in ("p", "law", "numbers")}),
+            **_lane_strides(**{"in": into, "out": out}),
+            **self._limits(float(t.flat[0])),
+            x=x,
+            sample=sample,
+            parts=parts,
+            in_row=into.shape[2],
+            out_row=out.shape[2],
+        )
 
     def _limits(self, first_step: float) -> dict[str, float]:
         return {"first_step": first_step, **self._stepping.limits}
@@ -268,12 +267,8 @@ class CallBuffers:
         run |= {"attempts": self._attempts, "failed": self.failed}
         limits = {"first_step": stepping.first_step, **stepping.limits}
         self.run_job = RunJob(**_addresses(**run), **_counts(1, 1, 1, 2), **limits)
-        self.output_job, self.after_job = (
-            OutputJob(*(a.ctypes.data for a in (at, self.u, self.p, self.y)), 0, 1, 1, 0, 0, 0, 0)
-            for at in (self.x, self.reached)
-        )
-        jobs = (self.run_job, self.output_job, self.after_job)
-        self.run_address, self.output_address, self.after_address = map(ctypes.addressof, jobs)
+        self.output_job = OutputJob(*(a.ctypes.data for a in (self.x, self.u, self.p, self.y)), 0, 1, 1, 0, 0, 0, 0)
+        self.run_address, self.output_address = map(ctypes.addressof, (self.run_job, self.output_job))
 
     def __reduce__(self) -> tuple[object, ...]:
         return CallBuffers, self._made_of
@@ -283,6 +278,58 @@ class CallBuffers:
         self.x[:], self.u[:] = x, u
         if p is not None or not self._has_own:
             self.p[:], self._has_own = self._own if p is None else p, p is None
+
+
+class SampledSteps:
+    """Lanes of a sampled law that go on by some instants at each `advance`, in fixed places, so that a call prepares
+    nothing. The places are the caller's to fill.
+
+    States x [lanes, n], which stay where a lane fails; parameters p [lanes, np]; of the law its state law [lanes, k],
+    numbers [lanes or 1, k] and rows [lanes, instants, k]; out [lanes, instants, k], what the instants put out, and
+    nothing new after a lane has failed; t [parts of all instants] or [lanes, those], s; u [lanes, m], inputs of
+    `observe`.
+    """
+
+    def __init__(
+        self,
+        plant: CompiledPlant,
+        sample: object_cache.Library,
+        durations: np.ndarray,
+        law: np.ndarray,
+        numbers: np.ndarray,
+        rows: np.ndarray,
+        width_out: int,
+    ) -> None:
+        """Of the law's machine code, and arrays as `run_sampled` has them."""
+        lanes, instants, _ = rows.shape
+        self.x, self.u, self.p, self._y = (np.zeros((lanes, k)) for k in (plant._n, plant._m, len(plant._p), plant._k))
+        self.law, self.numbers, self.rows = law, numbers, rows
+        self.t, self.out = np.tile(durations, instants), np.zeros((lanes, instants, width_out))
+        self._attempts, self._failed = np.zeros(lanes, np.int64), np.full(lanes, -1)
+        self._size = lanes, instants * durations.shape[-1]
+        places = {"x0": self.x, "duration": self.t, "p": self.p, "law": law, "rows_in": rows, "numbers": numbers}
+        places |= {"rows_out": self.out, "attempts": self._attempts, "failed": self._failed}
+        before = self.x.ctypes.data - self.x.itemsize * plant._n  # where the start would stand, which is not stored
+        self._run = plant._sampled_job(sample["sample"], durations.shape[-1], instants, 1, places, before)
+        strides = 0, 1, lanes, 0, plant._m, 0, len(plant._p)  # all lanes are rows of one
+        self._look = OutputJob(*(a.ctypes.data for a in (self.x, self.u, self.p, self._y)), *strides)
+        self._kernel, self._sample = (
+            plant._single if lanes == 1 else plant._block,
+            sample,
+        )  # held: the jobs have addresses
+
+    def advance(self) -> np.ndarray:
+        """Go on; which lanes failed, bool [lanes]."""
+        self._run.next = 0
+        self._failed.fill(-1)
+        _share(self._kernel.run, self._run, *self._size)
+        return self._failed >= 0
+
+    def observe(self) -> np.ndarray:
+        """Outputs [lanes, h] of the states x under the inputs u, in an array that the next call fills anew."""
+        self._look.next = 0
+        _share(self._kernel.outputs, self._look, 1, len(self.x))
+        return self._y
 
 
 def _addresses(**arrays: np.ndarray) -> dict[str, int]:
@@ -315,11 +362,13 @@ def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, row
     Python hears of signals (Ctrl-C) in its main thread alone, and not in machine code: it waits for a job that may take
     long, and stops it before it goes on with an exception.
     """
-    if not lanes * rows:
-        return
     address = ctypes.addressof(job)
+    if lanes * rows <= _SHORT:
+        if lanes * rows:
+            call(address)
+        return
     threads = min(cores(), lanes, 1 + lanes * rows // _WORTH_A_THREAD)
-    waits = lanes * rows > _SHORT and current_thread() is main_thread()
+    waits = current_thread() is main_thread()
     ends = [Event() for _ in range(threads if waits else threads - 1)]  # a join that is interrupted loses its thread
     for end in ends:
         Thread(target=_run_to, args=(call, address, end)).start()

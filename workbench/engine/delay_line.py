@@ -139,10 +139,9 @@ class LaneDelays:
         """Whether not all lanes have one delay."""
         return bool(np.ptp(self.whole) or np.ptp(self.part))
 
-    @property
-    def taps(self) -> np.ndarray:
+    def taps(self, longest: int) -> np.ndarray:
         """[lanes, longest + 1]: 1 at the number of periods by which a lane's command is late, else 0."""
-        return np.eye(self.whole.max() + 1)[self.whole]
+        return np.eye(longest + 1)[self.whole]
 
     def durations(self, period: float) -> np.ndarray:
         """How long [s] a lane holds the older and the newer command in a period, [lanes, 2]; neither is ever 0."""

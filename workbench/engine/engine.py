@@ -16,7 +16,8 @@ from .rosenbrock import adaptive_attempt
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from .compiled import CompiledPlant, SteppingCode
+    from .compiled import CompiledPlant, SampledSteps, SteppingCode
+    from .object_cache import Library
     from .sampled_law import InstantShape, SampledLaw
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
@@ -98,14 +99,6 @@ class Engine:
             raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
         return self._runs.advance(x, u, duration, p)
 
-    def advance_observe(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """`advance`, and the outputs [outputs] of the state reached under the same input; raises as that does."""
-        if not duration > 0:
-            raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
-        return self._runs.advance_observe(x, u, duration, p)
-
     def advance_batch(
         self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -139,11 +132,30 @@ class Engine:
 
         Raises NotCompiled where the plant runs through the interpreter.
         """
+        sample = self._sample(shape, len(x0))["sample"]
+        return self._compiled.run_sampled(sample, x0, durations, state, rows, numbers, shape.width_out, every, p)
+
+    def sampled_steps(
+        self, shape: "InstantShape", durations: np.ndarray, state: np.ndarray, rows: np.ndarray, numbers: np.ndarray
+    ) -> "SampledSteps":
+        """`run_sampled` of lanes [lanes, k] of `state` and `rows` prepared for many calls over the same arrays. Raises
+        NotCompiled as that does."""
+        from .compiled import SampledSteps
+
+        sample = self._sample(shape, len(rows))
+        return SampledSteps(self._compiled, sample, durations, state, numbers, rows, shape.width_out)
+
+    @property
+    def _compiled(self) -> "CompiledPlant":
         if self.back_end != "compiled":
             raise NotCompiled(f"{self.note}; a sampled law runs compiled only")
-        law, runs = self._law(shape), cast("CompiledPlant", self._runs)
-        library = law.block if runs.in_blocks(len(x0)) else law.single
-        return runs.run_sampled(library["sample"], x0, durations, state, rows, numbers, shape.width_out, every, p)
+        return cast("CompiledPlant", self._runs)
+
+    def _sample(self, shape: "InstantShape", lanes: int) -> "Library":
+        """The machine code of a law, for so many lanes."""
+        in_blocks = self._compiled.in_blocks(lanes)
+        law = self._law(shape)
+        return law.block if in_blocks else law.single
 
     def has_law(self, shape: "InstantShape") -> bool:
         """Whether the machine code of a sampled law is there."""

@@ -84,13 +84,6 @@ class InterpretedPlant:
         """See CompiledPlant.advance."""
         return self._hold(x, u, duration, self._own if p is None else p, duration)[0]
 
-    def advance_observe(
-        self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """See CompiledPlant.advance_observe."""
-        after = self.advance(x, u, duration, p)
-        return None if after is None else (after, self.observe(after, u, p))
-
     def advance_batch(
         self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:

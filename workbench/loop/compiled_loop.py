@@ -37,7 +37,7 @@ class CompiledLaw:
             offset=offset[:, None],
             **self.guard,
             part=self.delays.part[:, None] if self.shape.own_delays else self.delays.part[0],
-            taps=self.delays.taps,
+            taps=self.delays.taps(self.shape.late),
             noise=self.noise,
             resolution=self.resolution,
         )

@@ -131,7 +131,7 @@ def sampled_lanes(
     a, b, c = prompt
     response = LaneResponse.of(a, b[..., 0], c, np.zeros(c.shape[:2]), late)
     f = grid(period)
-    behind = _behind(*prompt, delays.taps)
+    behind = _behind(*prompt, delays.taps(delays.whole.max()))
     return SampledLanes(
         *behind, measures, period, signals_at(plant, points, p), response, f, response.at(unit_circle(f, period)[None])
     )
