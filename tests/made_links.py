@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 from functools import cache
 
 from workbench.link.bench import Bench, bench
+from workbench.link.paced import LockstepServer, RealTimeServer
 from workbench.link.rig_server import RigServer, in_background
 from workbench.link.served_rig import ServedRig
 from workbench.rigs.rig_file import load_rig
@@ -21,7 +22,7 @@ def jack_bench(ideal: bool = False, computes: bool = True) -> Bench:
 
 
 def served(own: Bench, lockstep: bool = True, seed: int = 3, token: str = "") -> AbstractContextManager[RigServer]:
-    return in_background(RigServer(ServedRig(own, seed), lockstep, token=token))
+    return in_background((LockstepServer if lockstep else RealTimeServer)(ServedRig(own, seed), token=token))
 
 
 def at(server: RigServer) -> str:

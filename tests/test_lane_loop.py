@@ -7,20 +7,27 @@ import numpy as np
 import pytest
 
 from controllers.lap_inverse import LapInverse
+from controllers.p import P
 from controllers.shaping import Shaping
+from envs.sensing import LaneSensors
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.protocol import graph_law
 from workbench.engine import Engine
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
+from workbench.link.bench import bench
+from workbench.link.datagrams import read_reading
+from workbench.link.served_rig import ServedRig
 from workbench.loop import step_metrics
 from workbench.loop.batch import play_lanes, run_lanes
 from workbench.loop.lane_metrics import step_lanes
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
+from workbench.loop.sensors import Sensors, logged_lanes
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
+from workbench.rigs.sensor import Sensor
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 SPECS = {
@@ -202,3 +209,35 @@ def test_metrics_in_lanes_are_those_one_by_one():
         assert overshoot == pytest.approx(step_metrics.overshoot(row, 0.02, 0.02 + STEP), abs=1e-9)
         expected = step_metrics.residual_oscillation(t, row, STEP)
         assert oscillation == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+def test_a_reading_half_way_between_two_steps_is_the_upper_one_wherever_it_is_read():
+    """In Python, in lanes, in compiled loops, in environments and at a served rig."""
+    step, halves = 2.0**-10, np.array([-1.5, -0.5, 0.5, 1.5, 2.5])
+    rig = replace(load_rig("jack-10t"), sensors={"position": Sensor(0.0, step)})
+    plant, above = build(rig), np.array([-1, 0, 1, 2, 3]) * step
+    engine, p = Engine(plant), np.tile(plant.p, (5, 1))
+    points = equilibria(plant, p, halves * step)
+    points.x[:, plant.state("x")] = halves * step
+    outputs = engine.outputs(points.x[:, None], points.u[:, None])[:, 0]
+    true = outputs[:, plant.output("position")]
+    assert true.tolist() == (halves * step).tolist()
+
+    sensors, lanes = Sensors(rig, plant.outputs, 1), LaneSensors(rig, plant.outputs, ideal=False)
+    assert [sensors.read(row)["position"] for row in outputs] == above.tolist()
+    assert lanes.read(outputs, np.zeros((1, 1)), np.zeros(5, int))[:, 0].tolist() == above.tolist()
+    assert logged_lanes(true[:, None], "position", rig, plant.outputs, 1)[:, 0].tolist() == above.tolist()
+
+    served = ServedRig(bench(rig, computes=False), 1)
+    law = P(P.Design(gain=1.0), PERIOD)  # a reference where the reading is demands what holds the jack
+    for x, u, reading in zip(points.x, points.u, above, strict=True):
+        for compiled in (False, True):
+            loop = SampledLoop(engine, rig, law, Equilibrium(x, u, 0.0), 1, compiled)
+            assert loop.run(np.array([reading])).demanded == pytest.approx(u[0], abs=1e-9)
+        served.put_at(x, u)
+        served.sample()
+        told = read_reading(bytes(served.reading[7:]))
+        assert told is not None
+        assert told.values == (reading,)
+    for _, block in run_lanes(engine, rig, graph_law(law), points, p, (above - true)[:, None], ("position",), 1):
+        assert block.demanded[:, 0] == pytest.approx(points.u[:, 0], abs=1e-9)

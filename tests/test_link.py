@@ -227,16 +227,14 @@ def test_a_shut_off_valve_stops_a_tripped_rig():
         own = ServedRig(bench(rig, True), 1)
         own.switch_on()
         while own.state == "on":
-            own._arrays["demanded"][:] = 1.0
-            own.code.step(own.address)
-            own.draw_noise()
-            own.code.sample(own.address)
+            own.demanded = (1.0,)
+            own.step()
+            own.sample()
         begun = own.outputs[own.bench.plant.output("position")]
         for _ in range(200):
-            own.job.state, own._arrays["demanded"][:] = 2, 1.0  # a valve that sticks: what is demanded goes on
-            own.code.step(own.address)
-        own.draw_noise()
-        own.code.sample(own.address)
+            own.demanded = (1.0,)  # a valve that sticks: what is demanded goes on
+            own.step()
+        own.sample()
         moved.append(own.outputs[own.bench.plant.output("position")] - begun)
     assert moved[1] < moved[0]
 
@@ -277,7 +275,7 @@ def test_strange_datagrams_change_nothing_but_a_counter():
                 time.sleep(0.002)  # what waits has room for so many
         client.command(1, 0.01)
         assert client.reading() == before
-        assert server.rig.job.dropped > 0.5 * count
+        assert server.dropped > 0.5 * count
         np.testing.assert_array_equal(server.rig.x, x)
 
 
@@ -346,7 +344,7 @@ def test_in_real_time_a_session_goes_on_after_a_loss_and_past_the_last_number():
             if not taken:
                 assert client.take(6).startswith(b"old: command %d comes after %d" % (number, last))
             assert reached(client, last)
-        server.rig.job.sequence = 2**32 - 2
+        server.rig.sequence = 2**32 - 2
         for number in (2**32 - 1, 0, 1):
             client.command(number, 0.0)
             assert reached(client, number)
@@ -359,20 +357,20 @@ def test_a_flood_of_old_commands_makes_no_rig_in_real_time_stand_still():
         client.switch(1)
         client.command(5, 0.0)
         assert reached(client, 5)
-        begun, first = time.monotonic(), server.rig.job.tick
+        begun, first = time.monotonic(), server.rig.tick
         while time.monotonic() - begun < 0.5:
             for _ in range(20):
                 client.command(4, 0.5)
             time.sleep(1e-4)
         periods = (time.monotonic() - begun) / RIG.period.value
-        assert server.rig.job.tick - first > 0.8 * periods - 50
+        assert server.rig.tick - first > 0.8 * periods - 50
         assert server.rig.command[0] == 0.0
 
 
 def test_the_workbenchs_client_counts_past_the_last_number():
     with served(jack_bench()) as server, LinkClient(at(server)) as client:
         client.on()
-        server.rig.job.sequence = client._sequence = 2**32 - 2
+        server.rig.sequence = client._sequence = 2**32 - 2
         assert [client.exchange((0.0,)).sequence for _ in range(3)] == [2**32 - 1, 0, 1]
 
 

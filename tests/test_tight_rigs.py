@@ -309,7 +309,7 @@ def test_after_a_trip_the_next_motion_waits_until_the_rig_stands_inside_its_limi
         rig = joined(RIG, client.hello)
         loop = WireLoop(client, rig, plain())
         loop.run(np.zeros(20))
-        server.rig.job.state, server.rig.job.trip = 2, 1
+        server.rig.stop(1)
         assert "nearest" in loop.run(np.zeros(20)).ended
         pressure = server.rig.x[server.rig.bench.plant.state("P1")]
         stand = stands(client, rig)

@@ -102,7 +102,7 @@ def test_a_trip_of_the_rig_and_a_lost_link_end_a_loop_with_its_record():
     with served(jack_bench()) as server, LinkClient(at(server)) as client:
         loop = WireLoop(client, RIG, P(P.Design(gain=2.0), RIG.period.value))
         loop.run(np.zeros(20))
-        server.rig.job.state, server.rig.job.trip = 2, 1
+        server.rig.stop(1)
         run = loop.run(np.zeros(50))
         assert "nearest to its limit was position" in run.ended
         server.wish(datagrams.RESET)
@@ -278,7 +278,7 @@ def test_a_flood_makes_a_rig_in_real_time_drop_and_not_stand_still():
         lasted = time.monotonic() - begun
         assert tick - first > 0.9 * lasted / RIG.period.value - 50
         assert applied > 100
-        assert server.rig.job.dropped > 1000
+        assert server.dropped > 1000
 
 
 def test_a_panel_looks_on_by_opc_ua_and_may_switch():

@@ -3,7 +3,6 @@
 import ctypes
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property, partial
 from threading import Event, Thread, current_thread, main_thread
 from time import sleep
@@ -112,11 +111,6 @@ class CompiledPlant:
     def advance(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None = None) -> np.ndarray | None:
         """State after holding u [m] for `duration` [s], tried in one step first; None if the steps failed."""
         return self._bench.reached.copy() if self._advanced(x, u, duration, p) else None
-
-    def stepping(self) -> "SteppingCode":
-        """What steps this plant from machine code: addresses of its functions, and buffers of its own for them."""
-        buffers = CallBuffers(self._n, self._m, self._p, self._k, self._stepping)
-        return SteppingCode(self._single.library, buffers)
 
     def _advanced(self, x: np.ndarray, u: np.ndarray, duration: float, p: np.ndarray | None) -> bool:
         """Whether the steps went well; then the buffer has the state after the duration."""
@@ -241,15 +235,6 @@ class CompiledPlant:
             raise ValueError(f"shapes do not fit: x0 {x0.shape}, {rows} intervals, u {u.shape}, p {p.shape}")
         if not np.all((durations > 0) & np.isfinite(durations)):
             raise ValueError("times must be finite and increasing")
-
-
-@dataclass(frozen=True)
-class SteppingCode:
-    """A plant's `run` and `outputs`, and the buffers with the jobs that they take: state and inputs stand in `x` and
-    `u`, the state after in `reached`, outputs in `y`."""
-
-    library: object_cache.Library
-    buffers: "CallBuffers"
 
 
 class CallBuffers:

@@ -8,9 +8,12 @@ asks period by period (`DelayLine`), lanes all at once (`LaneDelays`), a recordi
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 import numpy as np
 
+Command = TypeVar("Command", float, np.ndarray)
+Arriving = tuple[tuple[Command, float], ...]  # each with the share of the period for which it is held
 _SHORT = 1e-6  # of a period: the least part over which the older command is held where lanes differ
 
 
@@ -149,19 +152,19 @@ class LaneDelays:
         return np.stack((part, 1 - part), axis=1) * period
 
 
-class DelayLine:
+class DelayLine(Generic[Command]):
     """The commands on their way to a plant that gets each of them `delay` s after it was sent, one every `period` s.
 
-    `command` is the one that has been sent for ever. Where the line is `interpolated`, the plant holds the mean of the
-    commands that arrive in a period.
+    `command`, a number or [m] of several drives, is the one that has been sent for ever. Where the line is
+    `interpolated`, the plant holds the mean of the commands that arrive in a period.
     """
 
-    def __init__(self, delay: float, period: float, command: float, interpolated: bool = False) -> None:
+    def __init__(self, delay: float, period: float, command: Command, interpolated: bool = False) -> None:
         whole, self._part = periods(delay, period)
         self._interpolated = interpolated
         self._sent = deque([command] * (whole + 1), whole + 2)
 
-    def send(self, command: float) -> tuple[tuple[float, float], ...]:
+    def send(self, command: Command) -> "Arriving[Command]":
         """What the plant holds over the period that begins now: commands, and the share of the period of each."""
         self._sent.append(command)
         before = self._sent.popleft()

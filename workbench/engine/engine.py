@@ -9,6 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..plant import Plant
 from .backend import NotCompiled, compile_plant
+from .delay_line import Arriving
 from .graph_cache import attempt_of
 from .interpreter import InterpretedPlant
 from .jobs import Batch, Stepping
@@ -16,7 +17,7 @@ from .rosenbrock import adaptive_attempt
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from .compiled import CompiledPlant, SampledSteps, SteppingCode
+    from .compiled import CompiledPlant, SampledSteps
     from .object_cache import Library
     from .sampled_law import InstantShape, SampledLaw
 
@@ -99,6 +100,19 @@ class Engine:
             raise ValueError(f"{self.plant.name}: a duration of {duration} s; it must be positive")
         return self._runs.advance(x, u, duration, p)
 
+    def advance_arriving(
+        self, x: np.ndarray, u: np.ndarray, arriving: Arriving, period: float, p: np.ndarray | None = None
+    ) -> np.ndarray | None:
+        """`advance` over a `period` [s] in which commands arrive, as `DelayLine.send` says; u holds the last one then,
+        or the one with which the steps failed."""
+        for command, share in arriving:
+            u[: self.plant.commands] = command
+            after = self.advance(x, u, share * period, p)
+            if after is None:
+                return None
+            x = after
+        return x
+
     def advance_batch(
         self, x: np.ndarray, u: np.ndarray, duration: float | np.ndarray, p: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -109,12 +123,6 @@ class Engine:
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """Outputs [outputs] at one state and input, for a loop that asks every period."""
         return self._runs.observe(x, u, p)
-
-    def stepping(self) -> "SteppingCode":
-        """What steps the plant from other machine code. Raises NotCompiled where it runs through the interpreter."""
-        if self.back_end != "compiled":
-            raise NotCompiled(f"{self.note}; other machine code cannot step it")
-        return cast("CompiledPlant", self._runs).stepping()
 
     def run_sampled(
         self,

@@ -14,6 +14,7 @@ from functools import cache
 
 import casadi as ca
 
+from ..rigs.sampling import command_change
 from .guard_motion import Parts, Sample, estimated, is_finite
 from .guard_shape import TRIPS, GuardShape, length
 
@@ -35,8 +36,8 @@ def let_through(s: Parts, demanded: ca.SX, u: ca.SX, q: Parts) -> tuple[ca.SX, c
     """The command that the drive gets after u, and the reason for a trip, for the demanded one: limited in size and
     rate; after a trip the one of the brake."""
     trip = ca.if_else(s["trip"] > 0, s["trip"], ca.if_else(is_finite(demanded), 0, TRIPS.index("command")))
-    target = ca.if_else(trip > 0, s["brake"], ca.fmin(q["largest"], ca.fmax(-q["largest"], demanded)))
-    return u + ca.fmin(q["step"], ca.fmax(-q["step"], target - u)), trip
+    asked, largest = ca.if_else(trip > 0, s["brake"], demanded), q["largest"]
+    return u + command_change(asked, u, -largest, largest, q["step"], ca.fmin, ca.fmax), trip
 
 
 def _last_of(reasons: Iterable[tuple[str, ca.SX]]) -> ca.SX:

@@ -5,6 +5,8 @@ from typing import Protocol
 
 import casadi as ca
 
+from ..rigs.sampling import in_steps
+
 Parts = Mapping[str, ca.SX]
 
 
@@ -25,9 +27,7 @@ class Delay(Protocol):
 
 def reading(value: ca.SX, noise: ca.SX, quantum: ca.SX) -> ca.SX:
     """What a sensor says of an output: with its noise, in steps of its resolution where it has one."""
-    value = value + noise
-    coarse = ca.floor(value / ca.if_else(quantum > 0, quantum, 1) + 0.5) * quantum
-    return ca.if_else(quantum > 0, coarse, value)
+    return in_steps(value + noise, quantum > 0, ca.if_else(quantum > 0, quantum, 1), ca.floor, ca.if_else)
 
 
 def held(delay: Delay, before: ca.SX, now: ca.SX, part: ca.SX) -> tuple[ca.SX, ca.SX]:

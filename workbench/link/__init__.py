@@ -2,10 +2,10 @@
 
 datagrams     their bytes; hello, what a rig says of itself
 bench         what is served: plant, sensors, ranges, limits
-served_rig    a bench in service; machine_code runs it (rig.ll): a period, and what comes and goes over its socket
-idle_clock    an empty loop, which says what the machine itself misses
+served_rig    a bench in service, period by period
+rig_server    who may command it, and what it answers; paced, by its client or by the clock
+pace          the clock's instants, and what an empty loop misses of them
 opc_ua        both ends under the eyes of a SCADA panel
-rig_server    who may command it, and what it answers to hellos and switches
 client        the workbench's end: greets, switches, commands; wire_loop, a controller there; course, what it plays
 joined, trips    a rig by the tighter of its file and its hello; why a motion ended at a limit
 judged        what was played, beside the same in simulation

@@ -71,6 +71,11 @@ def reading(each: Reading) -> bytes:
     return datagram(READING, head + struct.pack(f"<{len(each.values)}d", *each.values))
 
 
+def write_head(data: bytearray, status: int, sequence: int, tick: int) -> None:
+    """Put these into a reading."""
+    _READING.pack_into(data, _HEAD, status, sequence, tick)
+
+
 def read_reading(body: bytes) -> Reading | None:
     """The reading in a body; None for one that has another form."""
     values = _values(body, _READING.size)

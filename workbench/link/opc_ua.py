@@ -43,7 +43,7 @@ def supervised_rig(server: RigServer) -> Supervised:
     def values() -> dict[str, float | bool | str]:
         outputs = rig.outputs
         readings = {name: float(outputs[bench.plant.output(name)]) for name in bench.channels}
-        commands = dict(zip((each.name for each in bench.commands), rig.command.tolist(), strict=True))
+        commands = dict(zip((each.name for each in bench.commands), rig.command, strict=True))
         told = {"state": rig.state, "trip": rig.trip or "", "mode": server.mode, "trips": float(server.trips)}
         return {**told, **readings, **commands}
 

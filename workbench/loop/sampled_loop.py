@@ -10,8 +10,10 @@ from ..base.errors import InputError
 from ..control.protocol import Controller, fallbacks, graph_law, preview
 from ..engine import DelayLine, Engine
 from ..linear import Equilibrium
+from ..plant import Plant
 from ..records import Record
 from ..rigs.rig import Rig
+from ..rigs.shut_off import ShutOff
 from .compiled_loop import CompiledLoop
 from .guarded_controller import GuardedController
 from .sensors import Sensors, check_sensors
@@ -137,21 +139,15 @@ class SampledLoop:
         """After a trip, the rig's shut-off valve closes by one more period."""
         if self._shut_off is None or self._guard.tripped is None:
             return
-        plant = self._engine.plant
-        self._p = plant.p.copy()
-        self._p[plant.parameters.index("n")] *= self._shut_off.opening((self._closing + 0.5) * self._period)
+        self._p = closing_parameters(self._engine.plant, self._shut_off, self._closing, self._period)
         self._closing += 1
 
     def _hold(self, arriving: tuple[tuple[float, float], ...]) -> bool:
         """Go on by one period with the commands that arrive in it; False, unmoved, where that cannot be simulated."""
-        x = self._x
-        for self._held[0], share in arriving:
-            after = self._engine.advance(x, self._held, share * self._period, self._p)
-            if after is None:
-                return False
-            x = after
-        self._x = x
-        return True
+        after = self._engine.advance_arriving(self._x, self._held, arriving, self._period, self._p)
+        if after is not None:
+            self._x = after
+        return after is not None
 
     def _result(
         self, x: np.ndarray, u: np.ndarray, reference: np.ndarray, sent: np.ndarray, demanded: np.ndarray
@@ -163,6 +159,13 @@ class SampledLoop:
         t = (self._samples + np.arange(len(u))) * self._period
         self._samples += len(u)
         return LoopRun(Record("loop", t, signals), demanded, self._guard.tripped)
+
+
+def closing_parameters(plant: Plant, valve: ShutOff, periods: int, period: float) -> np.ndarray:
+    """Parameters [k] of a plant in the next period [s], where a trip is so many whole periods ago."""
+    p = plant.p.copy()
+    p[plant.parameters.index("n")] *= valve.opening((periods + 0.5) * period)
+    return p
 
 
 def run_loop(

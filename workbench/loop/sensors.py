@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..rigs.rig import Rig
+from ..rigs.sampling import in_steps
 
 
 def draws(seed: int, lane: int = 0) -> np.random.Generator:
@@ -51,16 +52,24 @@ def logged_lanes(
     normal = [
         draws(seed, lane).standard_normal(shape)[1:, names.index(signal)] for lane in range(first, first + len(values))
     ]
-    return disturbed_readings(values, np.array(normal), sensor.noise, sensor.resolution)
+    return Disturbance(sensor.noise, sensor.resolution).readings(values, np.array(normal))
 
 
-def disturbed_readings(
-    readings: np.ndarray, normal: np.ndarray, noise: np.ndarray | float, resolution: np.ndarray | float
-) -> np.ndarray:
-    """Readings [..] with standard normal numbers [..] as their noise, in steps of the resolution; 0 is no step."""
-    step = np.where(np.asarray(resolution) > 0, resolution, 1.0)
-    noisy = readings + noise * normal
-    return np.where(np.asarray(resolution) > 0, np.round(noisy / step) * step, noisy)
+class Disturbance:
+    """Noise and resolution of sensors, SI: numbers, or arrays that go with the last axes of readings; a resolution of 0
+    is none."""
+
+    def __init__(self, noise: np.ndarray | float, resolution: np.ndarray | float) -> None:
+        self._noise, self._coarse = noise, np.asarray(resolution) > 0
+        self._step = np.where(self._coarse, resolution, 1.0)
+
+    def readings(self, true: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Readings [..] of true values [..], with standard normal numbers [..] as their noise."""
+        return self.in_steps(true + self._noise * normal)
+
+    def in_steps(self, noisy: np.ndarray) -> np.ndarray:
+        """Noisy values [..] in steps of the resolution."""
+        return in_steps(noisy, self._coarse, self._step, np.floor, np.where)
 
 
 class Sensors:
@@ -71,6 +80,7 @@ class Sensors:
         self._columns = np.array([outputs.index(name) for name in self.names], int)
         self.noise = np.array([rig.sensors[name].noise for name in self.names])
         self.resolution = np.array([rig.sensors[name].resolution for name in self.names])
+        self._disturbance = Disturbance(self.noise, self.resolution)
         self._random = None if seed is None else draws(seed, lane)
 
     @property
@@ -86,11 +96,7 @@ class Sensors:
     def readings(self, outputs: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Readings [.., sensors] of all outputs [.., k] of plants, with standard normal numbers where noise is on."""
         readings = outputs.take(self._columns, -1)
-        return readings if self._random is None else self.disturbed(readings, normal)
-
-    def disturbed(self, readings: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Readings [.., sensors] with standard normal numbers as their noise, in steps of the resolution."""
-        return disturbed_readings(readings, normal, self.noise, self.resolution)
+        return readings if self._random is None else self._disturbance.readings(readings, normal)
 
     def noise_rows(self, instants: int) -> np.ndarray:
         """The standard normal numbers [instants, sensors] that the next so many readings draw; none without a seed."""

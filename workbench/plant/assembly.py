@@ -63,7 +63,7 @@ class Plant:
         """Number of states."""
         return len(self.states)
 
-    @property
+    @cached_property
     def commands(self) -> int:
         """How many of the inputs, the first ones, are commands."""
         return max(1, sum(variable.name.startswith("command") for variable in self.inputs))

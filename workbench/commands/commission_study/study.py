@@ -22,7 +22,8 @@ from ...link.commissioning.motions import doubted
 from ...link.commissioning.rig_time import RigTime
 from ...link.commissioning.verify import Way, played_way, settling_of
 from ...link.judged import wire_rig
-from ...link.rig_server import RigServer, in_background
+from ...link.paced import LockstepServer
+from ...link.rig_server import in_background
 from ...link.served_rig import ServedRig
 from ...loop.automatic import automatic
 from ...rigs.rig import Rig
@@ -65,7 +66,7 @@ def commissioned(plan: HiddenPlan, folder: Path) -> Row:
     colour = partial(ColouredDraws, period=truth.period.value)
     own = bench(truth, computes=True)
     served = ServedRig(own, plan.seed, colour) if plan.coloured else ServedRig(own, plan.seed)
-    with in_background(RigServer(served, lockstep=True)) as server:
+    with in_background(LockstepServer(served)) as server:
         try:
             told = _told(datasheet, server.at, folder / plan.id)
         except InputError as error:

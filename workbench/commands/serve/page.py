@@ -46,19 +46,19 @@ class RigPage:
         return {"now": self._now, "switch": self._switch}
 
     def _now(self, _: Mapping[str, Any]) -> dict[str, Any]:
-        rig, job = self._server.rig, self._server.rig.job
+        rig, server = self._server.rig, self._server
         outputs = rig.outputs
         values = [float(from_si(outputs[place], s.unit, s.si)) for place, _, s in self._shown]
         return {
             "t": time.monotonic() - self._began,
             "state": rig.state,
             "trip": rig.trip or "",
-            "watchdog": bool(job.flags & datagrams.WATCHDOG),
+            "watchdog": bool(rig.flags & datagrams.WATCHDOG),
             "values": values,
-            "commands": rig.command.tolist(),
-            "periods": job.periods,
-            "missed": job.missed,
-            "dropped": job.dropped,
+            "commands": rig.command,
+            "periods": server.periods,
+            "missed": server.pace.missed,
+            "dropped": server.dropped,
         }
 
     def _switch(self, asked: Mapping[str, Any]) -> dict[str, Any]:

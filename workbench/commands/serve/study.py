@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
-from ...base.errors import InputError
-from ...engine.backend import NotCompiled
 from ...link.bench import bench
 from ...link.opc_ua import opc_ua_server, supervised_rig
+from ...link.paced import LockstepServer, RealTimeServer
 from ...link.rig_server import LOOPBACK, RigServer
 from ...link.served_rig import ServedRig
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -23,13 +22,15 @@ from .config import Service
 from .figures import quantiles, steps
 from .page import RigPage, page_files
 
-_SWITCH_INTERVAL = 1e-4  # s: how long the page may keep the service waiting
+_SWITCH_INTERVAL = 1e-5  # s: how long the page may keep the service waiting
 
 
 def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Progress) -> Outcome:
     """Serve until interrupted. `periods`, `missed`, `jitter_us`, `age_us`, `core_load`, `dropped`, `trips`."""
-    served = _served(rig, wanted)
-    server = RigServer(served, wanted.lockstep, wanted.port, wanted.host or LOOPBACK, wanted.token, progress)
+    served = ServedRig(bench(rig, computes=wanted.lockstep, ideal=wanted.ideal), wanted.seed)
+    server = (LockstepServer if wanted.lockstep else RealTimeServer)(
+        served, wanted.port, wanted.host or LOOPBACK, wanted.token, progress
+    )
     print("udp://{}:{}".format(*server.address), flush=True)
     page = RigPage(server)
     began = time.perf_counter()
@@ -48,18 +49,11 @@ def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Pr
     lasted = time.perf_counter() - began
     server.close()
     metrics = _metrics(server, lasted)
-    return Outcome(metrics, lambda: (_page(served, wanted, metrics), _figure(served)))
-
-
-def _served(rig: Rig | Platform, wanted: Service) -> ServedRig:
-    try:
-        return ServedRig(bench(rig, computes=wanted.lockstep, ideal=wanted.ideal), wanted.seed)
-    except (NotCompiled, OSError, RuntimeError) as error:
-        raise InputError(f"rig {rig.name}: cannot be served, it takes compiled code: {error}") from None
+    return Outcome(metrics, lambda: (_page(server, wanted, metrics), _figure(server)))
 
 
 def _until_interrupted(server: RigServer) -> None:
-    """Serve in a thread of its own, which holds no lock of Python's while nothing is asked of it."""
+    """Serve in a thread of its own."""
     over = threading.Event()
     failed: list[BaseException] = []
 
@@ -97,14 +91,14 @@ def _quiet() -> Iterator[None]:
 
 
 def _metrics(server: RigServer, lasted: float) -> dict[str, Any]:
-    job, rig = server.rig.job, server.rig
+    pace = server.pace
     return {
-        "periods": job.periods,
-        "missed": job.missed,
-        "jitter_us": quantiles(rig.histogram("jitter")) | _worst(job.worst),
-        "age_us": quantiles(rig.histogram("ages")),
+        "periods": server.periods,
+        "missed": pace.missed,
+        "jitter_us": quantiles(pace.late.counts) | _worst(pace.worst),
+        "age_us": quantiles(server.ages.counts),
         "core_load": server.cpu_s / lasted,
-        "dropped": job.dropped,
+        "dropped": server.dropped,
         "trips": server.trips,
     }
 
@@ -118,8 +112,9 @@ def _pace(wanted: Service, served: ServedRig) -> str:
     return "paced by its client" if wanted.lockstep else f"{1 / served.bench.period:g} Hz"
 
 
-def _page(served: ServedRig, wanted: Service, metrics: dict[str, Any]) -> Page:
+def _page(server: RigServer, wanted: Service, metrics: dict[str, Any]) -> Page:
     jitter, age = metrics["jitter_us"], metrics["age_us"]
+    served = server.rig
     verdict = f"{served.bench.name}, {_pace(wanted, served)}: {metrics['periods']} periods"
     if jitter["p50"] is not None:
         verdict += f", {metrics['missed']} readings a whole period late, 99.9 % at most {jitter['p999']:.0f} us"
@@ -128,10 +123,13 @@ def _page(served: ServedRig, wanted: Service, metrics: dict[str, Any]) -> Page:
             (("readings after their instant", jitter), ("commands when they act, since they came", age))]  # fmt: skip
     note = f"The service took {100 * metrics['core_load']:.1f} % of a core, its page not counted."
     table = Table("Times", ["time [us]", "median", "99 %", "99.9 %", "worst"], rows, note)
-    return Page(f"{served.bench.name} behind a wire", verdict, [Section("Times", [table, _figure(served)])])
+    return Page(f"{served.bench.name} behind a wire", verdict, [Section("Times", [table, _figure(server)])])
 
 
-def _figure(served: ServedRig) -> Figure:
-    names = {"jitter": "readings after their instant", "ages": "commands when they act, since they came"}
-    curves = [Curve(shown, *steps(counts)) for name, shown in names.items() if (counts := served.histogram(name)).sum()]
+def _figure(server: RigServer) -> Figure:
+    times = {
+        "readings after their instant": server.pace.late.counts,
+        "commands when they act, since they came": server.ages.counts,
+    }
+    curves = [Curve(shown, *steps(counts)) for shown, counts in times.items() if counts.any()]
     return Figure("How often later", "time [us]", [Panel("share of all", curves, log_y=True)], log_x=True)

@@ -6,8 +6,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
 from ...control.export.program import program_of
 from ...link.client import LinkClient
-from ...link.idle_clock import idle_clock
+from ...link.pace import idle_pace
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
@@ -100,15 +101,15 @@ def _realtime(rig: Rig, rate: float, seconds: float) -> dict[str, Any]:
     with (
         _served(rig, "--rate", f"{rate:g}") as (where, left),
         LinkClient(where) as client,
-        ThreadPoolExecutor(1) as beside,
+        ProcessPoolExecutor(1, get_context("spawn")) as beside,
     ):
-        empty = beside.submit(idle_clock, rate, seconds)
+        empty = beside.submit(idle_pace, rate, seconds)
         _drive(client, round(rate * seconds))
         idle = empty.result()
     floor = {
         "missed": idle.missed,
-        "periods": idle.periods,
-        "jitter_us": quantiles(idle.counts) | {"worst": idle.worst_us},
+        "periods": int(idle.late.counts.sum()),
+        "jitter_us": quantiles(idle.late.counts) | {"worst": idle.worst / 1e3},
     }
     return {"rate_hz": rate, "rig": left, "empty_loop": floor}
 

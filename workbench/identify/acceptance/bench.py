@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from ...engine import Engine
 from ...linear.frequency_response import AGREE, scan
 from ...linear.operating_point import equilibrium
+from ...loop.sensors import Disturbance
 from ...plant import Plant, build_blocked_valve, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...rigs.rig import Rig
@@ -125,8 +126,7 @@ class TestBench:
         if signal == "flow":
             return values + METER * self.rated * random.standard_normal(values.size)
         sensor = self.rig.sensors[signal]
-        noisy = values + sensor.noise * random.standard_normal(values.size)
-        return np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
+        return Disturbance(sensor.noise, sensor.resolution).readings(values, random.standard_normal(values.size))
 
 
 def standing(plant: Plant, command: np.ndarray, names: tuple[str, ...]) -> np.ndarray:

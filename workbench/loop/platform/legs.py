@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS
-from ..sensors import disturbed_readings, draws
+from ..sensors import Disturbance, draws
 from .setup import PlatformSetup
 
 _NOT_GUARDED = "force"  # a platform's load cells say more than one moving mass explains
@@ -45,11 +45,9 @@ class LegSensors:
         """What they say [.., 6, sensors] of all outputs of the plant [.., n], with standard normal numbers
         [.., 6 sensors]."""
         values = outputs[..., self.places]
-        return (
-            disturbed_readings(values, normal.reshape(values.shape), self.noise, self.resolution)
-            if self.noisy
-            else values
-        )
+        if not self.noisy:
+            return values
+        return Disturbance(self.noise, self.resolution).readings(values, normal.reshape(values.shape))
 
     def picked(self, names: Sequence[str]) -> list[int]:
         """Their columns."""

@@ -36,7 +36,8 @@ class _Loop:
         ]
         self._coupling = Coupling(setup)
         self._state, self._u = setup.null.x.copy(), setup.null.u.copy()
-        self._lines = [self._line(float(command)) for command in self._u[:LEGS]]
+        plant, commands = setup.engine.plant, self._u[:LEGS].copy()
+        self._line = DelayLine(plant.lateness(), setup.platform.period, commands, plant.interpolated)
         for guard, command in zip(self._guards, self._u[:LEGS], strict=True):
             guard.reset(float(command))
         measured = self._by_name(sensors.read(setup.engine.observe(self._state, self._u), inputs.normal[0]))
@@ -52,17 +53,15 @@ class _Loop:
         self._u[LEGS:] = self._inputs.others[k]
         outputs = self._setup.engine.observe(self._state, self._u)
         sent, demanded = self._sample(k, self._sensors.read(outputs, self._inputs.normal[k + 1]))
-        arriving = [line.send(float(command)) for line, command in zip(self._lines, sent, strict=True)]
+        arriving = self._line.send(sent)
         for column, values in ((self.x, self._state), (self.sent, sent), (self.demanded, demanded)):
             column.append(values)
-        self.held.append(np.array([parts[0][0] for parts in arriving]))
-        for i, (_, share) in enumerate(arriving[0]):
-            self._u[:LEGS] = [parts[i][0] for parts in arriving]
-            after = self._setup.engine.advance(self._state, self._u, share * self._setup.platform.period)
-            if after is None:
-                self.tripped = SIMULATION_FAILED
-                return False
-            self._state = after
+        self.held.append(arriving[0][0])
+        after = self._setup.engine.advance_arriving(self._state, self._u, arriving, self._setup.platform.period)
+        if after is None:
+            self.tripped = SIMULATION_FAILED
+            return False
+        self._state = after
         return True
 
     def _sample(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -85,10 +84,6 @@ class _Loop:
         if not stopped:
             self._controller.update(sent)
         return sent, demanded
-
-    def _line(self, command: float) -> DelayLine:
-        plant = self._setup.engine.plant
-        return DelayLine(plant.lateness(), self._setup.platform.period, command, plant.interpolated)
 
     def _by_name(self, readings: np.ndarray) -> dict[str, np.ndarray]:
         return dict(zip(self._sensors.names, readings.T, strict=True))

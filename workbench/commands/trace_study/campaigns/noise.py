@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from ....base.signals import SIGNALS
 from ....base.units import from_si
+from ....loop.sensors import Disturbance
 from ....rigs.rig import Rig
 
 Noise = Literal["white", "tripled", "coloured"]
@@ -56,7 +57,7 @@ def noise(rows: int, period: float, kind: Noise, seed: np.random.Generator) -> n
 def quantised(values: np.ndarray, rig: Rig, name: str, kind: Noise) -> np.ndarray:
     """The values [n] to the resolution that the sensor has."""
     step = rig.sensors[name].resolution * (COARSE if kind == "coloured" else 1.0)
-    return np.round(values / step) * step if step else values
+    return Disturbance(0.0, step).in_steps(values)
 
 
 def write(path: Path, signals: Mapping[str, np.ndarray], blemish: Sequence[str], seed: np.random.Generator) -> None:

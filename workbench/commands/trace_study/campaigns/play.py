@@ -87,11 +87,10 @@ def play(
             inputs[turn] = np.sign(written[k])
         arriving = line.send(written[k])
         met[k] = arriving[0][0]
-        for inputs[0], share in arriving:
-            after = engine.advance(x, inputs, share * period, p)
-            if after is None:
-                raise InputError(f"{played.name}: {plant.name} cannot be simulated beyond {k * period:.3f} s")
-            x = after
+        after = engine.advance_arriving(x, inputs, arriving, period, p)
+        if after is None:
+            raise InputError(f"{played.name}: {plant.name} cannot be simulated beyond {k * period:.3f} s")
+        x = after
     u = np.tile(inputs, (steps, 1))
     u[:, 0] = met
     recorded = {"command": written} | {name: np.full(steps, value) for name, value in settings.items()}
