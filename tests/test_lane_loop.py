@@ -236,7 +236,7 @@ def test_a_reading_half_way_between_two_steps_is_the_upper_one_wherever_it_is_re
             assert loop.run(np.array([reading])).demanded == pytest.approx(u[0], abs=1e-9)
         served.put_at(x, u)
         served.sample()
-        told = read_reading(bytes(served.reading[7:]))
+        told = read_reading(bytes(served.reading()[7:]))
         assert told is not None
         assert told.values == (reading,)
     for _, block in run_lanes(engine, rig, graph_law(law), points, p, (above - true)[:, None], ("position",), 1):

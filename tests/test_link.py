@@ -239,6 +239,19 @@ def test_a_shut_off_valve_stops_a_tripped_rig():
     assert moved[1] < moved[0]
 
 
+def test_where_nothing_compiles_a_rig_is_served_by_the_interpreter():
+    told = []
+    for own in (jack_bench(), replace(jack_bench(), engine=Engine(jack_bench().plant, back_end="interpreted"))):
+        rig = ServedRig(own, 1)
+        rig.switch_on()
+        for k in range(1, 6):
+            rig.take(k, (0.05,))
+            rig.step()
+            rig.sample()
+        told.append(rig.outputs)
+    np.testing.assert_allclose(*told, rtol=1e-9, atol=1e-9)
+
+
 def test_a_platform_is_served_with_six_commands():
     with served(bench(load_platform("hexapod"), True)) as server, Stranger(server) as client:
         hello = client.greet()

@@ -16,7 +16,7 @@ class LockstepServer(RigServer):
     """Each command moves the rig on by one period and is answered with the reading after it."""
 
     mode = "lockstep"
-    _listens = 0.1  # then it looks whether it should stop
+    _waits = True
 
     def _turn(self) -> None:
         if came := self._receive():
@@ -41,7 +41,7 @@ class RealTimeServer(RigServer):
     """Readings go out at the instants of this machine's clock; the newest command that has come acts."""
 
     mode = "realtime"
-    _listens = 0.0
+    _waits = False
     _arrived: int | None = None  # ns: when the command came that is to act from the next instant on
     _now = _silent = 0  # ns: when the datagram came that is heard; periods without a command
     _waited = 0  # datagrams heard since an instant is due
@@ -60,20 +60,20 @@ class RealTimeServer(RigServer):
             self._instant()
 
     def _instant(self) -> None:
-        """One period."""
+        """One period: the reading goes out, and that of the next instant is made, since all that acts until then is
+        known."""
         rig = self.rig
         if rig.condition == OFF:
             rig.flags = 0
-            rig.sample()
         else:
             rig.flags = datagrams.LIMITED * rig.limited | self._promptness()
-            rig.sample()
             self._answer()
             self.pace.meet()
             rig.tick += 1
         if rig.condition != ON:
             rig.release()
         rig.step()
+        rig.sample()
         self.periods += 1
         self.pace.go_on()
 

@@ -1,6 +1,7 @@
 """Who may command a served rig, and what it answers to hellos, switches and what it cannot take."""
 
 import socket
+import struct
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -10,6 +11,7 @@ from hmac import compare_digest
 from math import isfinite
 
 from ..base.errors import InputError
+from ..base.files import WINDOWS
 from . import datagrams
 from .hello import Hello, channels_of
 from .pace import Pace, Times
@@ -21,6 +23,7 @@ _WATCHDOG = 0.05  # s without a command, and at least
 _LEAST_WATCHDOG = 10  # periods
 _ROOM = 2**20  # bytes of datagrams that wait
 _PACKET = 2048  # bytes of a datagram that is looked at
+_PATIENCE = struct.pack("L", 100) if WINDOWS else struct.pack("ll", 0, 100_000)  # ms, or s and us
 _HEARD = (datagrams.HELLO, datagrams.COMMAND, datagrams.SWITCH)
 
 Address = tuple[str, int]
@@ -35,7 +38,7 @@ class RigServer(ABC):
     """
 
     mode: str
-    _listens: float  # s for the next datagram
+    _waits: bool  # for the next datagram, a tenth of a second: then it looks whether it should stop
 
     def __init__(
         self,
@@ -83,7 +86,7 @@ class RigServer(ABC):
     def serve(self) -> None:
         """Until `stop`."""
         rig, tripped = self.rig, False
-        self._socket.settimeout(self._listens)
+        self._socket.setblocking(self._waits)
         self.pace.start()
         while not self._done.is_set():
             while self._wishes:
@@ -204,7 +207,7 @@ class RigServer(ABC):
     def _answer(self) -> None:
         """The reading goes to the owner."""
         if self._owner:
-            self._send(self.rig.reading, self._owner)
+            self._send(self.rig.reading(), self._owner)
 
     def _send(self, data: bytes | bytearray, to: Address) -> None:
         """What cannot be sent is lost, as any datagram may be."""
@@ -230,6 +233,7 @@ def in_background(server: RigServer) -> Iterator[RigServer]:
 def _bound(host: str, port: int) -> socket.socket:
     where = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     where.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _ROOM)
+    where.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _PATIENCE)  # of Python's own timeouts each costs a poll
     try:
         where.bind((host, port))
     except (OSError, OverflowError) as error:

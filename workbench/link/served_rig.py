@@ -36,8 +36,8 @@ class ServedRig:
     the seed and how often it was switched on, which is white unless another is given.
 
     `x` [n] is the plant's state, `demanded` and `command` [m] what is asked of its drives and what they were sent,
-    `outputs` the true values at the last sample, `reading` its datagram. `sequence`, `tick` and `flags` go into it;
-    `limited` says whether the last command was.
+    `outputs` the true values at the last sample. `sequence`, `tick` and `flags` go into its reading; `limited` says
+    whether the last command was.
     """
 
     def __init__(self, bench: Bench, seed: int, noise: Callable[[int, int], Draws] = draws) -> None:
@@ -49,8 +49,8 @@ class ServedRig:
         self._drives = [(c.low, c.high, step) for c, step in zip(bench.commands, bench.rates.tolist(), strict=True)]
         self._limits: list[tuple[int, float, float]] = []
         self._noise = self._drawn(self._draws(self._seed, self._switched))
-        self.reading = bytearray(datagrams.reading(Reading(0, 0, 0, (0.0,) * channels)))
-        self._values = np.frombuffer(self.reading, "<f8", channels, len(self.reading) - 8 * channels)
+        self._reading = bytearray(datagrams.reading(Reading(0, 0, 0, (0.0,) * channels)))
+        self._values = np.frombuffer(self._reading, "<f8", channels, len(self._reading) - 8 * channels)
         self.condition, self.sequence, self.tick, self.flags, self.limited = OFF, 0, 0, 0, False
         self._trip = 0
         self.put_at(bench.start.x, bench.start.u)
@@ -122,7 +122,7 @@ class ServedRig:
             self.release()
 
     def sample(self) -> None:
-        """Read all sensors now; the reading is ready to be sent. Beyond a limit a rig that is on has tripped."""
+        """Read all sensors now. Beyond a limit a rig that is on has tripped."""
         self.outputs = true = self._engine.observe(self.x, self._u, self._p)
         self._values[:] = self._sensors.in_steps(true[self._columns] + next(self._noise))
         if self.condition == ON:
@@ -131,7 +131,11 @@ class ServedRig:
                 if not abs(values[column] - middle) <= most:
                     self.stop(number)
                     break
-        datagrams.write_head(self.reading, _STATUS[self.condition] | self.flags, self.sequence, self.tick)
+
+    def reading(self) -> bytearray:
+        """What the sensors said last, as a datagram, which is written anew each time."""
+        datagrams.write_head(self._reading, _STATUS[self.condition] | self.flags, self.sequence, self.tick)
+        return self._reading
 
     def step(self) -> None:
         """One period: the demanded commands limited in size and rate, held back by the delay, the plant moved on."""
