@@ -9,6 +9,7 @@ jack, load  the kinds of jack and of load
 limited     the signals that stay within limits, and whose each limit is
 tolerances  how far a number may be off where its datasheet does not say
 shut_off    a valve in the lines that the guard closes on a trip
+sampling    what becomes of a reading and of a command at a sampling instant, of numbers, arrays and graphs
 summary     a rig in a few lines, and as a table in a notebook
 datasheet, datasheet_keys    a rig from what makers say; what they have to say
 platform/   a platform on six jacks, its file and its kinematics
