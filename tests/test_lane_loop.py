@@ -9,7 +9,6 @@ import pytest
 from controllers.lap_inverse import LapInverse
 from controllers.p import P
 from controllers.shaping import Shaping
-from envs.sensing import LaneSensors
 from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.protocol import graph_law
@@ -212,7 +211,7 @@ def test_metrics_in_lanes_are_those_one_by_one():
 
 
 def test_a_reading_half_way_between_two_steps_is_the_upper_one_wherever_it_is_read():
-    """In Python, in lanes, in compiled loops, in environments and at a served rig."""
+    """In Python, in lanes, in compiled loops, which environments run, and at a served rig."""
     step, halves = 2.0**-10, np.array([-1.5, -0.5, 0.5, 1.5, 2.5])
     rig = replace(load_rig("jack-10t"), sensors={"position": Sensor(0.0, step)})
     plant, above = build(rig), np.array([-1, 0, 1, 2, 3]) * step
@@ -223,9 +222,9 @@ def test_a_reading_half_way_between_two_steps_is_the_upper_one_wherever_it_is_re
     true = outputs[:, plant.output("position")]
     assert true.tolist() == (halves * step).tolist()
 
-    sensors, lanes = Sensors(rig, plant.outputs, 1), LaneSensors(rig, plant.outputs, ideal=False)
+    sensors = Sensors(rig, plant.outputs, 1)
     assert [sensors.read(row)["position"] for row in outputs] == above.tolist()
-    assert lanes.read(outputs, np.zeros((1, 1)), np.zeros(5, int))[:, 0].tolist() == above.tolist()
+    assert sensors.readings(outputs, np.zeros((5, 1)))[:, 0].tolist() == above.tolist()
     assert logged_lanes(true[:, None], "position", rig, plant.outputs, 1)[:, 0].tolist() == above.tolist()
 
     served = ServedRig(bench(rig, computes=False), 1)
