@@ -303,7 +303,7 @@ class _Keyed:
     advance: Output = field(compare=False)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _shared_graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
     return _graphs(functions, sizes)
 
