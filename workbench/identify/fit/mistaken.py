@@ -7,24 +7,24 @@ changed places; where every signal does, it may be the command: turned, it has t
 better than before, which a pump that stands still then does not, however much nearer to a jack at rest that is.
 
 Half a swing late looks like a wrong sign. So each of these is undone and the rig's numbers are fitted to the windows:
-what cures them is named with what to write, and nothing less is. A force that nothing on the rig makes is one that it
-cannot have.
+what cures them is named with what to write, and nothing less is. A row or two late shows about the fitted rig alone. A
+force that nothing on the rig makes is one that it cannot have.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.words import agreed, listed
 from ...plant import build
-from ...records import Campaign, Record
+from ...records import Campaign
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor
 from .impossible import check_ranges
 from .initial_states import predicted_states
-from .late import Lags, apart, earlier, lags_of
+from .late import Lags, apart, lags_of
+from .mistakes import Mistake, doubtful, scaled, shifted, swapped, turned
 from .model import Model
 from .rehearsal import Rehearsal, Tried
 from .unfelt import unfelt_force
@@ -41,35 +41,10 @@ _NEAR = 3.0  # times
 _FALLS = 2.0  # times: the fall of chi2 that undoing it has to bring
 _UNSURE = 0.15  # of a correlation: two swings of a signal that are as much alike may both be the one
 _SAME, _SHARE = 1.5, 0.01  # chi2, or share of the misfit without it, that a shift may leave where it cures
-_REFINED, _STILL = 4, 0.02  # times that a shift is found anew about a fit, or until by less than so many rows
+_REFINED, _STILL = 4, 0.005  # times that a shift is found anew about a fit, or until by less than so many rows
 _PRESSURES = {"pa", "pb", "load_pressure"}  # late behind a line they are not mistaken: that is an effect
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """What may have happened, in words; how to undo it in a record; what to write to mend it.
-
-    kind: "turned", "swapped", "scaled", "shifted" or "foreign", what the rig cannot have, of `signals`; or "doubtful":
-    several, none of which cures it. `late` [s]: of those signals that are shifted, and what is wrong `beside` that.
-    chi2 of the rig, fitted to a few windows, before and after it is undone, where that tells.
-    """
-
-    kind: str
-    signals: tuple[str, ...]
-    words: str
-    undone: Callable[[Record], Record]
-    remedy: str
-    late: Mapping[str, float] = field(default_factory=dict)
-    beside: "Mistake | None" = None
-    chi2: tuple[float, float] | None = None
-
-    def told(self, rig: str) -> str:
-        """What may have happened to the records of a rig, and what says so."""
-        if self.chi2 is None:
-            return self.words
-        before, after = (f"{chi2:.3g}" for chi2 in self.chi2)
-        without = "at best" if self.kind == "doubtful" else "without that"
-        return f"{self.words}: chi2 of {rig}, fitted to a few windows, is {before} as they are and {after} {without}"
+_MISFIT, _SURE = 0.05, 4.0  # chi2 above 1, or so many of its deviations, that is a misfit
+_APART = 0.3  # rows between the lags of two loggers about a fit, at least
 
 
 def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
@@ -104,26 +79,23 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
         if each.signals != ("command",) or _driven(_likeness(model, _without(windows, each))[0]) > _driven(correlations)
     ]
     moving = tuple(name for name in windows.names if name in correlations)
-    late = _late(moving, lags_of(model, windows, model.starts(windows, plant.p), plant.p), bool(suspects))
-    if not suspects and not late:
-        return None
-    rehearsal = Rehearsal(model, rig)
-    few = _liveliest(windows, _FITTED)
-    plain = rehearsal.fit(few)
-    tried, cures = list[tuple[Mistake, Tried]](), list[tuple[float, Mistake]]()
-    for each in (*suspects, *late):
-        enough = _near(plain) if each.late else 0.0  # a sign, a place or a unit that cures is no shift; all are tried
-        if any(chi2 < enough and (chi2 < _SAME or not own.late) for chi2, own in cures):
-            break
-        tried.append(_refined(rehearsal, few, moving, each))
-        cures += [(fit.chi2, own) for own, fit in tried[-1:] if _cures(rehearsal, few, own, plain, fit)]
+    lags = lags_of(model, windows, model.starts(windows, plant.p), plant.p)
+    late = _late(moving, lags, bool(suspects))
+    rehearsal, few = Rehearsal(model, rig), _liveliest(windows, _FITTED)
+    trials = _Trials(rehearsal, few, moving, floor, rehearsal.fit(few))
+    tried, cures = trials.of((*suspects, *late))
+    if not suspects and not cures:
+        _, cures = trials.of(trials.by_rows())
     if cures:
-        least, mistake = _likeliest(cures)
-        return replace(mistake, chi2=(plain.chi2, least))
-    declared = _chi2(model, windows)
+        best, mistake = _likeliest(cures)
+        return replace(mistake, chi2=(trials.plain.chi2, best))
+    declared = _chi2(model, windows) if suspects else 0.0
     if not any(_chi2(model, _without(windows, each)) < declared / _FALLS for each in suspects):
         return None
-    return _doubtful([each for each, _ in tried], (plain.chi2, min(fit.chi2 for _, fit in tried)))
+    least = min(fit.chi2 for _, fit in tried)
+    if trials.all_late(float(np.median([lags.best(name, 1)[0] for name in moving]))) < least / _FALLS:
+        return None
+    return doubtful([each for each, _ in tried], (trials.plain.chi2, least))
 
 
 def _late(moving: Sequence[str], lags: Lags, doubted: bool) -> list[Mistake]:
@@ -134,58 +106,114 @@ def _late(moving: Sequence[str], lags: Lags, doubted: bool) -> list[Mistake]:
     along, against = ({name: lags.best(name, sign) for name in moving} for sign in (1, -1))
     shifts = apart({name: lag for name, (lag, _) in along.items()})
     sets = [shifts, *({name: lag for name, lag in shifts.items() if lag == one} for one in set(shifts.values()))]
-    found = [_shifted(each) for place, each in enumerate(sets) if each and each not in sets[:place]]
+    found = [shifted(each) for place, each in enumerate(sets) if each and each not in sets[:place]]
     unsure = _UNSURE if doubted or shifts else 0.0
     more = {name: against[name][1] - along[name][1] for name in moving}
     loose = [name for name in moving if more[name] > -unsure]
-    for turned in dict.fromkeys(
+    for group in dict.fromkeys(
         tuple(name for name in loose if of(name))
         for of in (lambda name: more[name] > 0, lambda name: name in ("pa", "pb"), lambda _: True)
     ):
-        both = apart({name: (against if name in turned else along)[name][0] for name in moving})
-        signs = {name: -1.0 if name in turned else 1.0 for name in moving}
-        others = _turned_or_swapped(signs) if turned and both else []
-        found += [_shifted(both, each) for each in others if each.signals != ("command",)]
+        both = apart({name: (against if name in group else along)[name][0] for name in moving})
+        signs = {name: -1.0 if name in group else 1.0 for name in moving}
+        others = _turned_or_swapped(signs) if group and both else []
+        found += [shifted(both, each) for each in others if each.signals != ("command",)]
     return found
 
 
-def _refined(rehearsal: Rehearsal, windows: Windows, moving: Sequence[str], mistake: Mistake) -> tuple[Mistake, Tried]:
-    """A mistake and the fit without it; where signals are shifted, by as much as the fitted rig says."""
-    fit = rehearsal.fit(_without(windows, mistake))
-    for _ in range(_REFINED):
-        if not mistake.late or not np.isfinite(fit.chi2):
-            break
-        lags = lags_of(rehearsal.model, _without(windows, mistake), fit.x0, fit.p)
-        own = {name: lags.best(name, 1)[0] for name in moving}
-        late = dict(mistake.late)
-        rest = np.mean([lag for name, lag in own.items() if name not in late])
-        more = {one: np.mean([own[name] for name in late if late[name] == one]) - rest for one in set(late.values())}
-        if max(map(abs, more.values())) < _STILL * lags.period:
-            break
-        mistake = _shifted({name: one + float(more[one]) for name, one in late.items()}, mistake.beside)
-        fit = rehearsal.fit(_without(windows, mistake))
-    return mistake, fit
+@dataclass(frozen=True)
+class _Trials:
+    """Fits of a rig's numbers to a few windows without one mistake after the other, beside the `plain` one to them as
+    they are; `moving` signals tell."""
 
+    rehearsal: Rehearsal
+    windows: Windows
+    moving: tuple[str, ...]
+    floor: NoiseFloor
+    plain: Tried
 
-def _cures(rehearsal: Rehearsal, windows: Windows, mistake: Mistake, plain: Tried, fit: Tried) -> bool:
-    """Whether the fitted rig follows the records without a mistake: its signals are predicted, and where they are
-    shifted nothing else is left that counts, nor does a lag of lines behind pressures explain as much."""
-    undone = _without(windows, mistake)
-    if not fit.chi2 < plain.chi2 / _FALLS or not fit.chi2 < np.inf:
-        return False
-    follows = _likeness(rehearsal.model, undone, fit)[0]
-    asked = _DRIVEN if mistake.signals == ("command",) else mistake.signals
-    if min((follows[name] for name in asked if name in follows), default=0.0) < _FOLLOWS:
-        return False
-    if not mistake.late:
-        return True
-    lines = not mistake.beside and set(mistake.late) <= _PRESSURES
-    return fit.chi2 < _near(plain) and not (lines and rehearsal.with_lines(windows) < _FALLS * fit.chi2)
+    @property
+    def _near(self) -> float:
+        """chi2 up to which a mistake is all that was wrong with the records."""
+        return max(_SAME, 1 + _SHARE * (self.plain.chi2 - 1))
 
+    @property
+    def _gate(self) -> float:
+        """chi2 of the windows that says that nothing is missing."""
+        return 1 + max(_MISFIT, _SURE * self.floor.deviation(self.windows.samples_by_signal))
 
-def _near(plain: Tried) -> float:
-    """chi2 up to which a mistake is all that was wrong with the records, of the fit to them as they are."""
-    return max(_SAME, 1 + _SHARE * (plain.chi2 - 1))
+    def of(self, mistakes: Sequence[Mistake]) -> tuple[list[tuple[Mistake, Tried]], list[tuple[float, Mistake]]]:
+        """Each mistake that was tried, by as much as it fits best, with the fit without it; chi2 of those that cure."""
+        tried, cures = list[tuple[Mistake, Tried]](), list[tuple[float, Mistake]]()
+        for each in mistakes:
+            enough = self._near if each.late else 0.0  # a sign, place or unit that cures is no shift; all are tried
+            if any(chi2 < enough and (chi2 < _SAME or not own.late) for chi2, own in cures):
+                break
+            tried.append(self._refined(each))
+            cures += [(fit.chi2, own) for own, fit in tried[-1:] if self._cures(own, fit)]
+        return tried, cures
+
+    def by_rows(self) -> list[Mistake]:
+        """Shifts of so few rows that only the fitted rig shows them: where its lags lie apart, either part."""
+        if not self._near <= self.plain.chi2 < np.inf:
+            return []
+        lags = lags_of(self.rehearsal.model, self.windows, self.plain.x0, self.plain.p)
+        own = {name: lags.best(name, 1)[0] for name in self.moving}
+        order = sorted(own, key=lambda name: own[name])
+        gap, k = max(((own[order[k]] - own[order[k - 1]], k) for k in range(1, len(order))), default=(0.0, 0))
+        if gap <= _APART * lags.period:
+            return []
+        parts = sorted(((order[k:], gap), (order[:k], -gap)), key=lambda part: len(part[0]))
+        return [shifted({name: late for name in self.moving if name in part}) for part, late in parts]
+
+    def _refined(self, mistake: Mistake) -> tuple[Mistake, Tried]:
+        """A mistake and the fit without it; where signals are shifted, by as much as the fitted rig says."""
+        fit = self.rehearsal.fit(_without(self.windows, mistake))
+        for _ in range(_REFINED if mistake.late and fit.chi2 < np.inf else 0):
+            lags = lags_of(self.rehearsal.model, _without(self.windows, mistake), fit.x0, fit.p)
+            late = self._later(mistake.late, lags)
+            change = max(abs(late.get(name, 0.0) - mistake.late[name]) for name in mistake.late)
+            if not late or change < _STILL * lags.period:
+                break
+            mistake, before = shifted(late, mistake.beside), fit
+            fit = self.rehearsal.fit(_without(self.windows, mistake))
+            if not fit.chi2 < max(before.chi2 / _FALLS, self._near):  # each time, where the shift is what is wrong
+                break
+        return mistake, fit
+
+    def _later(self, late: Mapping[str, float], lags: Lags) -> dict[str, float]:
+        """Signals that are late by what is left of their lags against the others', less those that are not."""
+        own = {name: lags.best(name, 1)[0] for name in self.moving}
+        rest = np.mean([lag for name, lag in own.items() if name not in late] or [0.0])
+        groups = {one: [own[name] for name in late if late[name] == one] for one in set(late.values())}
+        more = {one: one + float(np.mean(group) - rest) for one, group in groups.items()}
+        return {name: more[one] for name, one in late.items() if abs(more[one]) > _APART * lags.period}
+
+    def _cures(self, mistake: Mistake, fit: Tried) -> bool:
+        """Whether the fitted rig follows the records without a mistake: its signals are predicted, and where they are
+        shifted nothing else is left that counts, nor does a drive or a line that is slow explain as much."""
+        undone = _without(self.windows, mistake)
+        if not fit.chi2 < self.plain.chi2 / _FALLS or not fit.chi2 < np.inf:
+            return False
+        follows = _likeness(self.rehearsal.model, undone, fit)[0]
+        asked = _DRIVEN if mistake.signals == ("command",) else mistake.signals
+        if min((follows[name] for name in asked if name in follows), default=0.0) < _FOLLOWS:
+            return False
+        if not mistake.late:
+            return True
+        if mistake.beside or fit.chi2 >= self._near:
+            return fit.chi2 < self._near
+        return self._no_logger(mistake) - 1 > _FALLS * (max(fit.chi2, self._gate) - 1)
+
+    def _no_logger(self, mistake: Mistake) -> float:
+        """The least chi2 of what makes signals late without another logger."""
+        every = self.all_late(max(mistake.late.values(), key=abs))
+        return min(every, self.rehearsal.with_lines(self.windows)) if set(mistake.late) <= _PRESSURES else every
+
+    def all_late(self, late: float) -> float:
+        """chi2 where all signals are late, by `late` [s] at first: behind a drive or a valve that is slow, or since the
+        command's logger is early, which is the same to records."""
+        return self._refined(shifted(dict.fromkeys(self.moving, late)))[1].chi2
 
 
 def _likeliest(undone: Sequence[tuple[float, Mistake]]) -> tuple[float, Mistake]:
@@ -224,95 +252,26 @@ def _driven(correlations: Mapping[str, float]) -> float:
 
 def _suspects(correlations: Mapping[str, float], gains: Mapping[str, float]) -> list[Mistake]:
     """What may have happened where signals move against what is predicted, many times as far, or not with it."""
-    scaled = [
-        _scaled(name, factor)
+    factors = [
+        scaled(name, factor)
         for name, correlation in correlations.items()
         if correlation > _ALIKE and not 1 / _TIMES < gains[name] < _TIMES
         for factor in _FACTORS
         if 1 / _NEAR < gains[name] / factor < _NEAR
     ]
-    return [*scaled, *_turned_or_swapped(correlations)]
+    return [*factors, *_turned_or_swapped(correlations)]
 
 
 def _turned_or_swapped(correlations: Mapping[str, float]) -> list[Mistake]:
     wrong = [name for name, correlation in correlations.items() if correlation < _WRONG]
     driven = [correlations[name] for name in _DRIVEN if name in correlations]
-    suspects = [_turned("command")] if driven and (min(driven) < _FOLLOWS or max(driven) < _WRONG) else []
+    suspects = [turned("command")] if driven and (min(driven) < _FOLLOWS or max(driven) < _WRONG) else []
     both = {"pa", "pb"} <= set(wrong)
     if wrong == ["pa", "pb"]:
-        return [_swapped(), *suspects]
-    own = [_turned(*wrong)] if wrong else []
-    own += [_swapped(*(name for name in wrong if name not in ("pa", "pb")))] if both else []
+        return [swapped(), *suspects]
+    own = [turned(*wrong)] if wrong else []
+    own += [swapped(*(name for name in wrong if name not in ("pa", "pb")))] if both else []
     return [*suspects, *own] if len(driven) > 1 and max(driven) < _WRONG else [*own, *suspects]
-
-
-def _scaled(name: str, factor: float) -> Mistake:
-    how = f"{factor:.3g} times too large" if factor > 1 else f"{1 / factor:.3g} times too small"
-    return Mistake(
-        "scaled",
-        (name,),
-        f"{name} looks {how}",
-        lambda r: _changed(r, lambda s: {name: s[name] / factor} if name in s else {}),
-        f"give its unit or scale under [signals.{name}]",
-    )
-
-
-def _swapped(*turned: str) -> Mistake:
-    """Pressures that changed places, and signals whose sign is wrong beside that."""
-    signs = f", and the sign of {' and '.join(turned)} wrong" if turned else ""
-    remedy = f", and turn the other by scale = -1 under [signals.{turned[0]}]" if turned else ""
-    return Mistake(
-        "swapped",
-        ("pa", "pb", *turned),
-        f"pa and pb look swapped{signs}",
-        lambda r: _changed(
-            r, lambda s: {"pa": s["pb"], "pb": s["pa"]} | {name: -s[name] for name in turned if name in s}
-        ),
-        f"exchange the two columns under [signals]{remedy}",
-    )
-
-
-def _turned(*names: str) -> Mistake:
-    return Mistake(
-        "turned",
-        names,
-        f"the sign of {' and '.join(names)} looks wrong",
-        lambda r: _changed(r, lambda s: {name: -s[name] for name in names if name in s}),
-        f"turn it by scale = -1 under [signals.{names[0]}]",
-    )
-
-
-def _shifted(late: Mapping[str, float], beside: Mistake | None = None) -> Mistake:
-    """Signals that are late, each by its own [s], and what is wrong beside that."""
-    groups = {one: [name for name in late if late[name] == one] for one in dict.fromkeys(late.values())}
-    told = [
-        f"{listed(names)} {agreed('look', len(names))} {abs(1e3 * one):.2g} ms {'late' if one > 0 else 'early'}"
-        for one, names in groups.items()
-    ]
-    words = f"{listed(told)}, as from a second logger"
-    remedy = f"shift {'them' if len(late) > 1 else 'it'} by as much against the command, or record all by one logger"
-    if beside is None:
-        return Mistake("shifted", tuple(late), words, lambda r: earlier(r, late), remedy, late)
-    signals = tuple(dict.fromkeys((*late, *beside.signals)))
-    words, remedy = f"{words}, and {beside.words}", f"{remedy}; {beside.remedy}"
-    return Mistake("shifted", signals, words, lambda r: beside.undone(earlier(r, late)), remedy, late, beside)
-
-
-def _doubtful(mistakes: Sequence[Mistake], chi2: tuple[float, float]) -> Mistake:
-    """Mistakes of which none cures what is wrong."""
-    words = list(dict.fromkeys(each.words for each in mistakes))
-    none = "one of these, none of which cures it" if len(words) > 1 else "which does not cure it"
-    signals = tuple(dict.fromkeys(name for each in mistakes for name in each.signals))
-    remedy = "check the sign, the unit, the place and the clock of every column, then the rig file"
-    return Mistake("doubtful", signals, f"{'; or '.join(words)}: {none}", lambda r: r, remedy, chi2=chi2)
-
-
-def _changed(record: Record, change: Callable[[Mapping[str, np.ndarray]], Mapping[str, np.ndarray]]) -> Record:
-    """The record with some of its signals changed, where it carries them."""
-    try:
-        return replace(record, signals={**record.signals, **change(record.signals)})
-    except KeyError:
-        return record
 
 
 def _liveliest(windows: Windows, count: int) -> Windows:
