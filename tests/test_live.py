@@ -30,6 +30,7 @@ from workbench.commands.live.plants import RigPoint, moved_lanes, set_lanes
 from workbench.commands.live.session import Session
 from workbench.commands.live.sliders import design_sliders
 from workbench.commands.live.view import step_part
+from workbench.control import law
 from workbench.engine import kernel, object_cache
 from workbench.loop.limit import settling_limit
 from workbench.loop.rows import judge, linear_loops
@@ -252,20 +253,27 @@ def test_what_is_remembered_of_moves_does_not_grow(session, at_rest):
     assert objects(np.linspace(3.0, 4.0, 30).tolist()) - before < 60
 
 
-def test_machine_code_of_structures_that_nobody_looks_at_is_not_kept(monkeypatch):
+def test_machine_code_is_kept_of_the_latest_structures_alone(monkeypatch):
     monkeypatch.setattr(object_cache, "_RECENT", {})
     monkeypatch.setattr(object_cache, "_KEPT", 0)
     session = Session(load_live(EXPERIMENTS / "position_mpc.toml"))
 
-    def libraries(horizons):
+    def looked_at(horizons):
+        """The libraries that are in memory then."""
+        before = set(object_cache._LOADED)
         for horizon in horizons:  # [ms]
             session.view({**ASKED, "controller": "mpc", "numbers": {"horizon": horizon}})
         gc.collect()
-        return len(object_cache._LOADED)
+        return set(object_cache._LOADED) - before
 
-    loaded = libraries(range(11, 15))
-    kernel._code.cache_clear()  # of the shapes that were looked at last
-    assert libraries(range(15, 19)) <= loaded
+    looked_at([10])  # what every horizon needs
+    first = looked_at(range(11, 15))
+    assert len(first) >= 4
+    for kept in (kernel._code, kernel._graph, law._filled, law._shared_graphs):  # each has the latest 64
+        assert kept.cache_info().maxsize <= 64
+        kept.cache_clear()
+    looked_at(range(15, 19))
+    assert not first & set(object_cache._LOADED)
 
 
 class AtRandom:

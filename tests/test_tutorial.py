@@ -40,7 +40,7 @@ def test_its_configs_run(tmp_path, monkeypatch):
     (tmp_path / "bench_mine.toml").write_text(text.replace("[1, 10]", "[1]").replace("low_hz = 0.5", "low_hz = 5"))
     assert main(["bench", str(tmp_path / "bench_mine.toml"), "--out", str(tmp_path / "bench"), "--jobs", "1"]) == 0
     rows = json.loads((tmp_path / "bench" / "metrics.json").read_text())["rows"]
-    assert {row["controller"] for row in rows if row["stable"]} == {"mine", "p", "p-dp"}
+    assert {row["controller"] for row in rows if row["stable"]} == {"mine", "p", "p-dp", "automatic"}
 
 
 def test_a_folder_of_one_s_own_may_have_any_names(tmp_path):
