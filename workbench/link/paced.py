@@ -1,12 +1,15 @@
 """A served rig paced by its client, and one paced by the clock."""
 
 import select
+import socket
 import time
 
 from . import datagrams
 from .rig_server import RigServer
 from .served_rig import OFF, ON
 
+_AT_HAND = getattr(socket, "MSG_DONTWAIT", 0)  # which Windows does not have
+_SPIN = 200_000 if _AT_HAND else 0  # ns that a server in lockstep looks for a command awake: to be woken takes as long
 _AT_ONCE = 8  # datagrams that are still heard at an instant
 _NUMBERS = 2**32  # of sequences
 _AHEAD, _SESSION = 65_536, 100  # how far a command may be ahead; until when and how far one is of an old session
@@ -19,7 +22,10 @@ class LockstepServer(RigServer):
     _waits = True
 
     def _turn(self) -> None:
-        if came := self._receive():
+        until = time.perf_counter_ns() + _SPIN
+        while (came := self._receive(_AT_HAND)) is None and time.perf_counter_ns() < until:
+            pass
+        if came or (came := self._receive()):
             self._hear(*came)
 
     def _take(self, sequence: int, values: tuple[float, ...]) -> str:

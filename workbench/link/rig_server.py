@@ -114,10 +114,10 @@ class RigServer(ABC):
         """Whether a stranger is heard now."""
         return True
 
-    def _receive(self) -> tuple[bytes, Address] | None:
+    def _receive(self, flags: int = 0) -> tuple[bytes, Address] | None:
         """The next datagram and its sender; None where none comes."""
         try:
-            return self._socket.recvfrom(_PACKET)
+            return self._socket.recvfrom(_PACKET, flags)
         except OSError:
             return None
 
