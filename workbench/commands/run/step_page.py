@@ -51,7 +51,7 @@ def _judged(scenarios: Sequence[Scenario]) -> Scenario:
 def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
     """Who settles first in the scenario that is judged, or follows a course best, and who is unstable."""
     judged = _judged(scenarios)
-    name = judged.name
+    name, compared = judged.name, len({row["controller"] for row in rows}) > 1
     settled = [row for row in rows if row["settling_s"] is not None and row["stable"] is not False]
     bad = sorted({row["controller"] for row in rows if row["stable"] is False})
     unstable = f" Unstable: {', '.join(bad)}." if bad else ""
@@ -59,13 +59,16 @@ def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
     if not able and (followed := [] if judged.is_step else _followed(name, rows)):
         best, signal = min(followed, key=lambda row: row["iae"]), SIGNALS[judged.signal]
         error = float(from_si(best["iae"], signal.unit, signal.si))
-        return f"{name}: {best['controller']} follows best, with an IAE of {error:.3g} {signal.unit} s.{unstable}"
+        follows = f"{best['controller']} follows{' best' * compared}"
+        return f"{name}: {follows}, with an IAE of {error:.3g} {signal.unit} s.{unstable}"
     if not able:
         ends = "settles" if judged.arrives is not None else "goes through it to its end"
         return f"{name}: no stable controller {ends}.{unstable}"
     best = min(able, key=lambda row: row["settling_s"])
     margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
-    return f"{name}: {best['controller']} settles first, in {best['settling_s']:.3g} s {margins}.{unstable}"
+    return (
+        f"{name}: {best['controller']} settles{' first,' * compared} in {best['settling_s']:.3g} s {margins}.{unstable}"
+    )
 
 
 def _followed(name: str, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
