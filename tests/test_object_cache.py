@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 from weakref import WeakValueDictionary, ref
@@ -10,6 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from test_compiled import compile_outputs
+from test_live import resident
 
 from workbench import load_rig
 from workbench.engine import graph_cache, object_cache
@@ -90,6 +92,19 @@ def test_code_that_other_code_calls_stays_with_it(monkeypatch) -> None:
     assert within() is not None
     del twice
     assert within() is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.usefixtures("fresh_cache")
+def test_what_was_compiled_leaves_no_memory_behind(monkeypatch) -> None:
+    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    most = []
+    for number in range(60):
+        adds = (f"  %y{k} = fadd double %x, {number}.{k:04}" for k in range(2000))
+        text = "\n".join((f"define double @add_{number}(double %x) {{", *adds, "  ret double %x", "}"))
+        object_cache.load(("test", text), lambda text=text: text, (f"add_{number}",))
+        most.append(resident())
+    assert most[-1] - most[19] < 4  # MB
 
 
 def test_a_damaged_entry_is_compiled_again(fresh_cache: Path, monkeypatch) -> None:

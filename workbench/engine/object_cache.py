@@ -128,11 +128,11 @@ def _target() -> llvm.TargetMachine:
 
 
 def _compile(ir: str, optimised: bool) -> bytes:
-    code = llvm.parse_assembly(ir)
-    if optimised:
-        passes = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=3))
-        passes.getModulePassManager().run(code, passes)
-    return _target().emit_object(code)
+    with llvm.create_context() as context, llvm.parse_assembly(ir, context) as code:  # a context keeps every constant
+        if optimised:
+            passes = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=3))
+            passes.getModulePassManager().run(code, passes)
+        return _target().emit_object(code)
 
 
 @cache
