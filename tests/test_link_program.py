@@ -6,44 +6,88 @@ import signal
 import socket
 import subprocess
 import threading
+import tomllib
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from itertools import count
+from functools import cache
+from itertools import count, starmap
 
 import numpy as np
 import pytest
 from made_links import at, jack_bench, served
 from test_controllers import EXPERIMENTS
 
-from workbench.cli import main
+import controllers
+from controllers import AmplitudePhase, Dither, P, Policy
+from workbench.base.table import Table
+from workbench.commands.coefficients.folder import leave_laws
+from workbench.commands.coefficients.laws import exported
 from workbench.commands.common.step_experiment import load_steps
+from workbench.control.controller_spec import controller_spec
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.link.bench import bench
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
+from workbench.rigs.rig_file import load_rig
 
 GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="no C compiler here")
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-CONFIGS = {name: load_steps(EXPERIMENTS / f"{name}.toml") for name in ("position_tuned", "force_tuned")}
-LAWS = {spec.name: (spec, config.rig, name) for name, config in CONFIGS.items() for spec in config.controllers}
-SIZE = {"position": 1e-3, "force": 2e3}
-JACK = jack_bench(ideal=True)
-SECONDS, SEED = 0.3, 3
+
+
+def text_of(source):
+    return (EXPERIMENTS / f"{source}.toml").read_text("utf-8")
+
+
+SHIPPED = (
+    "position_tuned", "position_known", "position_mode", "position_policy", "position_mpc", "force_tuned", "force_step",
+    "linear_plant", "pump_step",
+)  # fmt: skip
+ALSO = ("automatic", "policy", "dithered", "sines")  # laws that no step experiment has
+LAWS = [
+    *((source, name) for source in SHIPPED for name in tomllib.loads(text_of(source))["controllers"]),
+    *(("also", name) for name in ALSO),
+]
+JACK, JACK_10T = jack_bench(ideal=True), load_rig("jack-10t")
+SECONDS, SEED = 0.15, 3
+
+
+@cache
+def config_of(source):
+    """A step experiment by its name, or that of the laws that none has."""
+    if source != "also":
+        return load_steps(EXPERIMENTS / f"{source}.toml")
+    config = load_steps(EXPERIMENTS / "position_policy.toml")
+    network = config.controllers[0].compensators[-1].design.network
+    specs = (
+        controller_spec("automatic", Table(tomllib.loads(text_of("benchmark"))["controllers"]["automatic"], "")),
+        Policy(network=replace(network, limit=1.0)),
+        P(gain=3.0) + Dither(amplitude=0.03, frequency=170.0),
+        P(gain=3.0) + AmplitudePhase(frequency=20.0, gain=0.5, phase=-80.0, gain3=0.1, phase3=-170.0),
+    )
+    return replace(config, controllers=tuple(spec.named(name) for spec, name in zip(specs, ALSO, strict=True)))
+
+
+def spec_of(source, name):
+    return next(spec for spec in config_of(source).controllers if spec.name == name)
 
 
 @pytest.fixture(scope="module")
-def programs(tmp_path_factory):
-    """The program of each experiment's exported laws, by the experiment's name."""
-    made = {}
-    for name in CONFIGS:
-        folder = tmp_path_factory.mktemp(name) / "laws"
-        assert main(["coefficients", name, "--out", str(folder)]) == 0
-        made[name] = folder / "link_main"
+def program(tmp_path_factory):
+    """Which gives the program of an experiment's exported laws."""
+
+    @cache
+    def made(source):
+        folder, config = tmp_path_factory.mktemp(source) / "laws", config_of(source)
+        laws, left_out = exported(config, False)
+        assert not left_out
+        leave_laws(folder, config.rig, laws)
         sources = [str(path) for path in sorted(folder.glob("*.c"))]
-        subprocess.run([GCC, *STRICT, *sources, "-lm", "-o", str(made[name])], check=True)
+        subprocess.run([GCC, *STRICT, *sources, "-lm", "-o", str(folder / "link_main")], check=True)
+        return folder / "link_main"
+
     return made
 
 
@@ -51,6 +95,11 @@ def bench_at(rig, position=None, ideal=True):
     """A rig in lockstep that rests at a position [m]."""
     made = bench(rig, True, ideal)
     return made if position is None else replace(made, start=equilibrium(made.plant, position=position))
+
+
+def plain(name):
+    """A law's name as a program has it."""
+    return name.replace("-", "_")
 
 
 def played(program, *words):
@@ -79,53 +128,62 @@ class StartsAtFirstSample:
 
 
 def simulated(rig, law, reference, position=None, ideal=True):
-    """The loop's run over a reference, and the law's readings in it."""
-    delay = 0.0 if ideal else rig.computing_delay.value
-    engine = Engine(build(with_delay(rig, delay)))
-    start = equilibrium(engine.plant) if position is None else equilibrium(engine.plant, position=position)
+    """The loop's run over a reference, from rest with a drive that was off."""
+    engine = Engine(build(with_delay(rig, 0.0 if ideal else rig.computing_delay.value)))
+    rest = equilibrium(engine.plant) if position is None else equilibrium(engine.plant, position=position)
+    start = replace(rest, u=np.append(0.0, rest.u[1:]))
     return SampledLoop(engine, rig, law, start, None if ideal else SEED).run(reference)
 
 
-def law_of(spec, rig):
-    """As it is exported."""
-    return spec.build(rig.period.value)
+def motion(rig, signal):
+    """A step that a rig can take within its limits: where a jack starts, its size, and the reference of it."""
+    reach, samples = 0.2 * rig.limit("stroke"), round(SECONDS / rig.period.value)
+    start = -reach if signal == "position" and rig.name == "jack-10t" else None
+    made, size = bench_at(rig, start), 2 * reach if signal == "position" else 2e4
+    outputs = made.engine.observe(made.start.x, made.start.u)
+    reference = np.full(samples, outputs[made.plant.output(signal)])
+    reference[samples // 10 :] += size
+    return start, size, reference
 
 
-def test_no_exported_law_is_left_out_here(programs):
-    for experiment, program in programs.items():
-        usage = subprocess.run([program], check=False, capture_output=True, text=True).stderr
-        exported = usage.partition("NAME:")[2].split()
-        assert exported == [name.replace("-", "_") for name, (_, _, source) in LAWS.items() if source == experiment]
+def narrow(rig, demanded):
+    """The rig with a drive that gives 0.6 of what a law demands at most, so that it saturates."""
+    most = min(0.6 * np.abs(demanded).max(), 1.0)
+    largest = replace(rig.limits["command_rate"], name="command", value=most, unit="1", si="1")
+    return replace(rig, limits=rig.limits | {"command": largest})
 
 
-@pytest.mark.parametrize(
-    ("name", "position"), [*((name, None) for name in LAWS), ("p-dp", 0.1), ("lqg", -0.1)], ids=str
-)
-def test_the_program_s_run_is_the_simulation(programs, name, position):
-    """Every law that the tuned experiments export, without noise; from elsewhere its schedule differs."""
-    spec, rig, experiment = LAWS[name]
-    law = law_of(spec, rig)
-    signal, plain = law.measures[0], name.replace("-", "_")
-    with served(bench_at(rig, position)) as server:
-        columns = played(programs[experiment], plain, at(server), SIZE[signal], SECONDS)
-    reference, samples = columns["reference"], round(SECONDS / rig.period.value)
-    assert columns["tick"] == pytest.approx(np.arange(samples))
-    assert np.ptp(reference) == pytest.approx(SIZE[signal])
-    assert columns["command"][0] == pytest.approx(0.0, abs=1e-15)  # no bump
-    run = simulated(rig, law, reference, position)
+def test_every_shipped_law_that_has_a_graph_is_here():
+    """Automatic tunes itself to the law "automatic", and Switched has others in it: both compute in Python."""
+    used = {part.use.rpartition(":")[2] for spec in starmap(spec_of, LAWS) for part in (spec, *spec.compensators)}
+    assert set(controllers.__all__) - used == {"Automatic", "Switched"}
+
+
+@pytest.mark.parametrize(("source", "name"), LAWS, ids=str)
+def test_the_program_s_run_is_the_simulation(program, source, name):
+    """Without noise, with a drive that the law saturates; a jack off mid stroke, where schedules count."""
+    rig, law = config_of(source).rig, spec_of(source, name).build(config_of(source).rig.period.value)
+    signal = law.measures[0]
+    start, size, reference = motion(rig, signal)
+    rig = narrow(rig, simulated(rig, law, reference, start).demanded)
+    with served(bench_at(rig, start)) as server:
+        columns = played(program(source), plain(name), at(server), size, SECONDS)
+    assert columns["tick"] == pytest.approx(np.arange(len(reference)))
+    assert columns["reference"] == pytest.approx(reference, abs=1e-9 * size)
+    run = simulated(rig, law, columns["reference"], start)
     assert run.tripped is None
-    assert columns[signal] == pytest.approx(run.record.signals[signal], abs=1e-9 * SIZE[signal])
+    assert np.abs(columns["command"]).max() > 1.01 * rig.limit("command")
+    assert columns[signal] == pytest.approx(run.record.signals[signal], abs=1e-9 * size)
     assert columns["command"] == pytest.approx(run.demanded, abs=1e-9 * np.abs(run.demanded).max())
-    assert np.ptp(columns[signal]) > 0.1 * SIZE[signal]  # it moved
 
 
 @pytest.mark.parametrize("name", ["p-dp", "lqg"])
-def test_with_noise_and_computing_delay_too(programs, name):
+def test_with_noise_and_computing_delay_too(program, name):
     """The loop's law begins at a reading before the first sample, the program's at the first: so does this one's."""
-    spec, rig, experiment = LAWS[name]
-    with served(bench_at(rig, ideal=False), seed=SEED) as server:
-        columns = played(programs[experiment], name.replace("-", "_"), at(server), SIZE["position"], SECONDS)
-    run = simulated(rig, StartsAtFirstSample(law_of(spec, rig)), columns["reference"], ideal=False)
+    law = StartsAtFirstSample(spec_of("position_tuned", name).build(JACK_10T.period.value))
+    with served(bench_at(JACK_10T, ideal=False), seed=SEED) as server:
+        columns = played(program("position_tuned"), plain(name), at(server), 1e-3, SECONDS)
+    run = simulated(JACK_10T, law, columns["reference"], ideal=False)
     assert columns["command"] == pytest.approx(run.demanded, abs=1e-9 * np.abs(run.demanded).max())
     assert np.abs(columns["position"] - run.record.signals["position"]).max() > 1e-7  # what is measured has noise
 
@@ -169,26 +227,26 @@ def lossy(address):
         far.close()
 
 
-def test_lost_and_doubled_datagrams_change_nothing(programs):
+def test_lost_and_doubled_datagrams_change_nothing(program):
     with served(JACK) as server:
-        whole = played(programs["position_tuned"], "p", at(server), 1e-3, 0.02)
+        whole = played(program("position_tuned"), "p", at(server), 1e-3, 0.02)
     with served(JACK) as server, lossy(server.address) as way:
-        again = played(programs["position_tuned"], "p", way, 1e-3, 0.02)
+        again = played(program("position_tuned"), "p", way, 1e-3, 0.02)
     assert all(np.array_equal(whole[name], again[name]) for name in whole)
 
 
-def test_in_real_time_the_jack_moves_and_the_rig_is_off_at_the_end(programs):
+def test_in_real_time_the_jack_moves_and_the_rig_is_off_at_the_end(program):
     """A busy machine makes samples late; that it follows is what can be said."""
-    with served(bench(LAWS["p-dp"][1], False), lockstep=False) as server:
-        columns = played(programs["position_tuned"], "p_dp", at(server), 1e-2, 0.5)
+    with served(bench(JACK_10T, False), lockstep=False) as server:
+        columns = played(program("position_tuned"), "p_dp", at(server), 1e-2, 0.5)
         assert server.rig.state == "off"
     assert np.all(np.diff(columns["tick"]) > 0)
     assert 5e-3 < columns["position"][-1] < 1.5e-2
 
 
-def test_ctrl_c_switches_the_rig_off(programs):
+def test_ctrl_c_switches_the_rig_off(program):
     with served(JACK) as server:
-        words = [programs["position_tuned"], "p", at(server), "1e-3", "1e6"]
+        words = [program("position_tuned"), "p", at(server), "1e-3", "1e6"]
         with subprocess.Popen(words, stdout=subprocess.PIPE) as running:
             assert running.stdout.readline().startswith(b"tick,")
             assert server.rig.state == "on"
@@ -207,21 +265,21 @@ def test_ctrl_c_switches_the_rig_off(programs):
         (["p", "AT", "10", "1"], "", 1, "the rig tripped at tick"),
     ],
 )
-def test_what_does_not_work_is_said(programs, words, token, status, said):
+def test_what_does_not_work_is_said(program, words, token, status, said):
     with served(JACK, token=token) as server:
         words = [at(server) if word == "AT" else word for word in words]
-        done = subprocess.run([programs["position_tuned"], *words], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([program("position_tuned"), *words], capture_output=True, text=True, timeout=60)
     assert done.returncode == status
     assert said in done.stderr
 
 
-def test_a_rig_at_another_rate_or_without_a_channel_is_refused(programs):
-    rig = LAWS["p-dp"][1]
+def test_a_rig_at_another_rate_or_without_a_channel_is_refused(program):
+    rig = JACK_10T
     faster = replace(rig, period=replace(rig.period, value=5e-4))
     blind = replace(rig, sensors={name: sensor for name, sensor in rig.sensors.items() if name != "pb"})
     for other, said in ((faster, "the rig's period is 0.0005 s"), (blind, "the rig has no channel pb")):
         with served(bench_at(other)) as server:
-            words = [programs["position_tuned"], "p_dp", at(server), "1e-3", "0.1"]
+            words = [program("position_tuned"), "p_dp", at(server), "1e-3", "0.1"]
             done = subprocess.run(words, capture_output=True, text=True, timeout=60)
         assert done.returncode == 1
         assert said in done.stderr
