@@ -104,7 +104,7 @@ class HexapodCore:
         held = np.repeat(actions[:, None], _PERIODS, axis=1)
         zero = np.zeros_like(held)
         others = np.broadcast_to(self._others, (*held.shape[:2], len(self._others)))
-        course = self._loop.rows(reference=zero, forward=held, others=others, noise=normal)
+        course = self._loop.rows(reference=zero, added=held, others=others, noise=normal)
         memory = self._memory[rows]
         batch, out = self._loop.run(self._x[rows], memory, course, self._numbers)
         failed, x = batch.failed >= 0, batch.x[:, 1:]

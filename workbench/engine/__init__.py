@@ -2,12 +2,12 @@
 
 engine         simulation of one trajectory or of batches; which back end runs is its affair
 trajectory     what a run gives: signals by name, with units
-sampled_law    a sampled linear law inside the compiled run of a plant; instant, what every instant does
+sampled_law    a sampled law inside the compiled run of a plant; instant, what happens at each instant, of one jack or
+               of the legs of a platform; sampled_code, its machine code
 guard_rules    what a guard concludes from readings and lets through, as a graph; guard_motion, what the readings say of
                the motion; guard_shape, its places; guard_steps, the graph sample by sample; guard_coupling, what the
                legs of a platform do to each other
 staggered      force ports beside a program that integrates the mechanics
-platform_instants    one law and six guards inside the run of a platform
 delay_line     commands on their way to a plant whose drive is late
 rosenbrock     the implicit step and its adaptive length as a graph; sparse_lu solves its linear systems
 collocation    commands that are found, not given: states and commands on a mesh; fastest, the fastest motion to a

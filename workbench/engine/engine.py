@@ -19,7 +19,8 @@ from .trajectory import Trajectory
 if TYPE_CHECKING:
     from .compiled import CompiledPlant, SampledSteps
     from .object_cache import Library
-    from .sampled_law import InstantShape, SampledLaw
+    from .sampled_code import SampledLaw
+    from .sampled_law import LawShape
 
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
@@ -47,7 +48,7 @@ class Engine:
         self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
-        self._laws: dict[InstantShape, SampledLaw] = {}  # the latest at the end
+        self._laws: dict[LawShape, SampledLaw] = {}  # the latest at the end
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the addresses of laws, which are of this process."""
@@ -126,7 +127,7 @@ class Engine:
 
     def run_sampled(
         self,
-        shape: "InstantShape",
+        shape: "LawShape",
         x0: np.ndarray,
         durations: np.ndarray,
         state: np.ndarray,
@@ -144,7 +145,7 @@ class Engine:
         return self._compiled.run_sampled(sample, x0, durations, state, rows, numbers, shape.width_out, every, p)
 
     def sampled_steps(
-        self, shape: "InstantShape", durations: np.ndarray, state: np.ndarray, rows: np.ndarray, numbers: np.ndarray
+        self, shape: "LawShape", durations: np.ndarray, state: np.ndarray, rows: np.ndarray, numbers: np.ndarray
     ) -> "SampledSteps":
         """`run_sampled` of lanes [lanes, k] of `state` and `rows` prepared for many calls over the same arrays. Raises
         NotCompiled as that does."""
@@ -159,19 +160,19 @@ class Engine:
             raise NotCompiled(f"{self.note}; a sampled law runs compiled only")
         return cast("CompiledPlant", self._runs)
 
-    def _sample(self, shape: "InstantShape", lanes: int) -> "Library":
+    def _sample(self, shape: "LawShape", lanes: int) -> "Library":
         """The machine code of a law, for so many lanes."""
         in_blocks = self._compiled.in_blocks(lanes)
         law = self._law(shape)
         return law.block if in_blocks else law.single
 
-    def has_law(self, shape: "InstantShape") -> bool:
+    def has_law(self, shape: "LawShape") -> bool:
         """Whether the machine code of a sampled law is there."""
         return shape in self._laws
 
-    def _law(self, shape: "InstantShape") -> "SampledLaw":
+    def _law(self, shape: "LawShape") -> "SampledLaw":
         """Of those that it has made the latest stay."""
-        from .sampled_law import compile_law
+        from .sampled_code import compile_law
 
         law = self._laws.pop(shape, None) or compile_law(self.plant, shape)
         self._laws[shape] = law

@@ -9,8 +9,9 @@ from ..control.law import Law
 from ..control.protocol import Controller, graph_law
 from ..engine import LaneDelays
 from ..engine.backend import NotCompiled
-from ..engine.guard_shape import length
-from ..engine.sampled_law import LawShape, compile_controller
+from ..engine.guard_shape import length, packed
+from ..engine.sampled_code import compile_controller
+from ..engine.sampled_law import LawShape
 from ..rigs.rig import Rig
 from .compiled_loop import CompiledLaw
 from .guard_numbers import guard_numbers, guard_shape, trip_reason
@@ -26,7 +27,7 @@ class CompiledController:
         shape = guard_shape(rig, signals, law.measures)
         none = LaneDelays(np.zeros(1, int), np.zeros(1))
         nothing = np.zeros(len(shape.read))
-        limits = guard_numbers(rig, shape, law.measures, noisy)
+        limits = packed(shape.numbers, **guard_numbers(rig, shape, law.measures, noisy))
         law_shape = LawShape(law.dense().graphs, law.measures, signals, shape, law.preview)
         self._whole = CompiledLaw(law_shape, np.array([rig.period.value]), limits, none, nothing, nothing)
         self._rig, self._law, self._read = rig, law, law_shape.read

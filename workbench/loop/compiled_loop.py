@@ -1,7 +1,7 @@
 """Closed loops, compiled: the plant, a law, and the guard in one run of the engine."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from ..control.law import Law
 from ..engine import Engine, LaneDelays
 from ..engine.guard_shape import length, packed
 from ..engine.sampled_law import LawShape
+from ..plant import Plant
 from ..rigs.rig import Rig
 from .guard_numbers import guard_numbers, guard_shape, trip_reason
 from .sensors import Sensors
@@ -19,23 +20,30 @@ class CompiledLaw:
     """A law with its guard, drive and sensors, ready to run on a plant: what decides the machine code, and numbers.
 
     durations [1 or 2] or [lanes, 2]: of the intervals of a period, [s], where a command arrives inside it. `delays`:
-    those of the lanes.
+    those of the lanes. guard, noise, resolution: numbers [k] of each jack's guard and sensors, one jack after the
+    other; coupling [k]: what the legs of a platform do to each other.
     """
 
     shape: LawShape
     durations: np.ndarray
-    guard: Mapping[str, float | np.ndarray]
+    guard: np.ndarray
     delays: LaneDelays
     noise: np.ndarray
     resolution: np.ndarray
+    coupling: np.ndarray | None = None
 
     def numbers(self, laws: Sequence[Law], offset: np.ndarray) -> np.ndarray:
         """The parameters [lanes, k] of one law for all lanes or one for each, with their constants o [lanes]."""
+        return self.parameters(np.array([law.dense(self.states).numbers for law in laws]), offset[:, None])
+
+    def parameters(self, q: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """The parameters [lanes, k] of numbers q [lanes, j] and constants o [lanes, jacks] of laws."""
         return packed(
             self.shape.numbers,
-            q=np.array([law.dense(self.states).numbers for law in laws]),
-            offset=offset[:, None],
-            **self.guard,
+            q=q,
+            offset=offset,
+            guard=self.guard,
+            **({} if self.coupling is None else {"coupling": self.coupling}),
             part=self.delays.part[:, None] if self.shape.own_delays else self.delays.part[0],
             taps=self.delays.taps(self.shape.late),
             noise=self.noise,
@@ -43,16 +51,16 @@ class CompiledLaw:
         )
 
     def start(self, states: np.ndarray | Sequence[np.ndarray], command: np.ndarray) -> np.ndarray:
-        """The state [lanes, k] at the start: states [n] of the laws, the drive holding a command [lanes, 1]."""
+        """The state [lanes, k] at the start: states [n] of the laws, the drives holding commands [lanes, jacks]."""
         lanes, law = len(states), np.zeros((len(states), self.states))
         for own, x in zip(law, states, strict=True):
             own[: len(x)] = x
         return packed(
             self.shape.state,
             held=command,
-            line=np.repeat(command, self.shape.late + 1, axis=1),
+            line=np.tile(command, self.shape.late + 1),
             command=command,
-            guard=np.zeros((lanes, length(self.shape.guard.state))),
+            guard=np.zeros((lanes, self.shape.jacks * length(self.shape.guard.state))),
             law=law,
         ).copy()
 
@@ -79,21 +87,35 @@ def compiled_law(
 
     Raises ValueError for laws that differ in what they measure, or in their graphs.
     """
-    plant, law, states = engine.plant, laws[0], max(each.states for each in laws)
+    law, states = laws[0], max(each.states for each in laws)
     graphs = {each.dense(states).graphs for each in laws}
     if len(graphs) > 1 or any(each.measures != law.measures for each in laws):
         raise ValueError("laws in lanes must measure the same signals and have the same graphs")
-    delays = LaneDelays.of(plant.lane_lateness(p), rig.period.value)
-    late, part = int(delays.whole.max()), delays.part[0]
-    (graph,), split = graphs, bool(delays.part.any()) and not plant.interpolated
-    drive = late, split, plant.interpolated, delays.differ
-    guard = guard_shape(rig, sensors.names, law.measures)
-    shape = LawShape(graph, law.measures, sensors.names, guard, law.preview, *drive, sensors.noisy, recorded)
+    (graph,), guard = graphs, guard_shape(rig, sensors.names, law.measures)
+    shape = LawShape(graph, law.measures, sensors.names, guard, law.preview, noisy=sensors.noisy, recorded=recorded)
     places = [sensors.names.index(name) for name in shape.read]
-    durations = np.array([part, 1 - part] if split else [1.0]) * rig.period.value
-    durations = delays.durations(rig.period.value) if split and delays.differ else durations
-    limits = guard_numbers(rig, guard, law.measures, sensors.noisy)
-    return CompiledLaw(shape, durations, limits, delays, sensors.noise[places], sensors.resolution[places])
+    limits = packed(guard.numbers, **guard_numbers(rig, guard, law.measures, sensors.noisy))
+    numbers = limits, sensors.noise[places], sensors.resolution[places]
+    return with_drives(engine.plant, p, rig.period.value, shape, *numbers)
+
+
+def with_drives(
+    plant: Plant,
+    p: np.ndarray,
+    period: float,
+    shape: LawShape,
+    guard: np.ndarray,
+    noise: np.ndarray,
+    resolution: np.ndarray,
+    coupling: np.ndarray | None = None,
+) -> CompiledLaw:
+    """A law of this shape where drives hold its commands as late as plants with parameters p [lanes, j] say."""
+    delays = LaneDelays.of(plant.lane_lateness(p), period)
+    late, part, split = int(delays.whole.max()), delays.part[0], bool(delays.part.any()) and not plant.interpolated
+    shape = replace(shape, late=late, split=split, interpolated=plant.interpolated, own_delays=delays.differ)
+    durations = np.array([part, 1 - part] if split else [1.0]) * period
+    durations = delays.durations(period) if split and delays.differ else durations
+    return CompiledLaw(shape, durations, guard, delays, noise, resolution, coupling)
 
 
 def with_preview(reference: np.ndarray, ahead: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from ...base.signals import PLATFORM, SIGNALS, output_signal
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import graph_law
 from ...engine import Engine
+from ...engine.instant import instant
 from ...engine.rosenbrock import adaptive_attempt
 from ...engine.sampled_law import OUT, LawShape
 from ...linear import equilibrium
@@ -119,7 +120,7 @@ class FmuModel:
             _graph("plant_along", [x, u, p, dx, du], ca.vertsplit(along, [0, plant.n, along.numel()])),
             _named("plant_attempt", adaptive_attempt(plant)),
         ]
-        return graphs + ([_named("plant_instant", self.loop.shape.instant(plant))] if self.loop else [])
+        return graphs + ([_named("plant_instant", instant(plant, self.loop.shape))] if self.loop else [])
 
 
 def _graph(name: str, arguments: Sequence[ca.SX], results: Sequence[ca.SX]) -> ca.Function:

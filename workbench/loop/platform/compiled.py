@@ -8,10 +8,11 @@ import numpy as np
 
 from ...control.platform_controller import LEGS
 from ...control.platform_law import PlatformLaw
-from ...engine import Batch, periods
-from ...engine.guard_shape import BESIDE, length, packed
-from ...engine.platform_instants import OUT, PlatformShape
+from ...engine import Batch
+from ...engine.guard_shape import BESIDE, packed
+from ...engine.sampled_law import OUT, LawShape
 from ...linear import Equilibrium
+from ..compiled_loop import CompiledLaw, with_drives
 from ..guard_numbers import guard_numbers, guard_shape, trip_reason
 from ..sampled_loop import SIMULATION_FAILED
 from .coupling import coupling_numbers
@@ -32,40 +33,38 @@ class CompiledPlatform:
     law: PlatformLaw
 
     @cached_property
-    def shape(self) -> PlatformShape:
+    def whole(self) -> CompiledLaw:
+        """The law with guards, drives and sensors of all legs."""
+        setup, sensors = self.setup, self.sensors
+        legs = list(zip(setup.guarded, setup.carried, strict=True))
+        guard = guard_shape(legs[0][0], sensors.names, self.law.measures, legs[0][1])
+        shape = LawShape(self.law.graphs, self.law.measures, sensors.names, guard, noisy=sensors.noisy, jacks=len(legs))
+        limits = np.concatenate(
+            [
+                packed(guard.numbers, **guard_numbers(rig, guard, shape.measured, sensors.noisy, carried))
+                for rig, carried in legs
+            ]
+        )
+        read = sensors.picked(guard.read)
+        numbers = limits, sensors.noise[:, read].ravel(), sensors.resolution[:, read].ravel(), coupling_numbers(setup)
+        plant = setup.engine.plant
+        return with_drives(plant, plant.p[None], setup.platform.period, shape, *numbers)
+
+    @property
+    def shape(self) -> LawShape:
         """What the machine code is of."""
-        plant = self.setup.engine.plant
-        guard = guard_shape(self.setup.guarded[0], self.sensors.names, self.law.measures, self.setup.carried[0])
-        whole, part = self._late
-        drive = whole, bool(part) and not plant.interpolated, plant.interpolated
-        return PlatformShape(self.law.graphs, self.law.measures, self.sensors.names, guard, *drive, self.sensors.noisy)
+        return self.whole.shape
 
     def memory(self, command: np.ndarray, law: np.ndarray) -> np.ndarray:
         """Of a lane whose drives have held commands [6] for long and whose law is in this state."""
-        shape = self.shape
-        guard = np.zeros(LEGS * length(shape.guard.state))
-        line = np.tile(command, shape.late + 1)
-        return packed(shape.state, held=command, line=line, command=command, guard=guard, law=law)
+        return self.whole.start(law[None], command[None])[0]
 
     def numbers(self, offset: np.ndarray) -> np.ndarray:
         """Of law, guards and sensors, one leg after the other; `offset` [6]: with which the law begins."""
-        shape, guard = self.shape, self.shape.guard
-        read = self.sensors.picked(guard.read)
-        guards = [
-            packed(guard.numbers, **guard_numbers(rig, guard, shape.measured, self.sensors.noisy, carried))
-            for rig, carried in zip(self.setup.guarded, self.setup.carried, strict=True)
-        ]
-        noise, resolution = (part[:, read].ravel() for part in (self.sensors.noise, self.sensors.resolution))
-        legs = {
-            "guard": np.concatenate(guards),
-            "coupling": coupling_numbers(self.setup),
-            "noise": noise,
-            "resolution": resolution,
-        }
-        return packed(shape.numbers, q=self.law.numbers, offset=offset, part=self._late[1], **legs)
+        return self.whole.parameters(self.law.numbers[None], offset[None])[0]
 
     def rows(self, **columns: np.ndarray) -> np.ndarray:
-        """Rows of instants [.., k, inputs] of `reference`, `forward`, `others` and, where sensors are noisy, `noise`,
+        """Rows of instants [.., k, inputs] of `reference`, `added`, `others` and, where sensors are noisy, `noise`,
         each [.., k, own]."""
         return packed(self.shape.inputs(self.setup.engine.plant), **columns)
 
@@ -74,9 +73,7 @@ class CompiledPlatform:
     ) -> tuple[Batch, dict[str, np.ndarray]]:
         """Lanes from x [lanes, n] along rows [lanes, k, inputs]; `memory` [lanes, own] changes in place. States as in
         Engine.run_batch, and what each instant put out, by the names of OUT, [lanes, k, 6]."""
-        part = self._late[1]
-        durations = np.array([part, 1 - part] if self.shape.split else [1.0]) * self.setup.platform.period
-        batch, out = self.setup.engine.run_sampled(self.shape, x, durations, memory, rows, numbers, p=p)
+        batch, out = self.setup.engine.run_sampled(self.shape, x, self.whole.durations, memory, rows, numbers, p=p)
         return batch, dict(zip(OUT, np.split(out, len(OUT), axis=2), strict=True))
 
     def trip(self, codes: np.ndarray) -> str | None:
@@ -92,13 +89,8 @@ class CompiledPlatform:
         signals = np.concatenate((inputs.reference[0], inputs.forward[0], measured))
         x, offset = self.law.start(signals, start.u[:LEGS])
         noise = inputs.normal[1:] if self.sensors.noisy else inputs.normal[1:, :0]
-        rows = self.rows(reference=inputs.reference, forward=inputs.forward, others=inputs.others, noise=noise)
+        rows = self.rows(reference=inputs.reference, added=inputs.forward, others=inputs.others, noise=noise)
         return Begun(start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset))
-
-    @cached_property
-    def _late(self) -> tuple[int, float]:
-        """The delay of the commands: whole periods, and the part of one that is left."""
-        return periods(self.setup.engine.plant.lateness(), self.setup.platform.period)
 
 
 class Begun(NamedTuple):
