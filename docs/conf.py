@@ -4,14 +4,22 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # the modules beside this file
-sys.path.insert(1, str(Path(__file__).parents[1] / ".ci"))  # the browser
+sys.path[1:1] = [str(Path(__file__).parents[1] / ".ci"), str(Path(__file__).parents[1])]  # the browser; the studies
 
 (Path(__file__).parent / "_build" / "gallery" / "site").mkdir(parents=True, exist_ok=True)
 
 project = "jackbench"
 author = "the jackbench authors"
 copyright = "the jackbench authors, BSD 3-clause"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "generate", "generate.cells", "mathml", "docstrings"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "generate",
+    "generate.cells",
+    "generate.tables",
+    "mathml",
+    "docstrings",
+]
 exclude_patterns = ["_build", "files", "reference/part_*"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3

@@ -122,8 +122,6 @@ def test_a_bad_experiment_is_refused_in_one_line(tmp_path, text, words):
         (["trace", "nothere"], ["no such file"]),
         (["fit", "experiments/sample", "--starts", "two"], ["--starts", "--help"]),
         (["trace", "experiments/sample", "--rig", "jack10t"], ['did you mean "jack-10t"']),
-        (["trace-study", "--number", "0"], ["--number 0"]),
-        (["trace-study", "--campaigns", "nothere"], ["nothere", "truth.json"]),
         (["run", "experiments/paper.toml", "--picture", "x.pdf"], [".png"]),
         (["run", "experiments/paper.toml", "--rig", "festo-tp511"], ["three-stage"]),
         (["run", "experiments/paper.toml", "--rig", "jack10t"], ['did you mean "jack-10t"']),

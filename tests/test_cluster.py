@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from made_experiments import P_DP
 
+from experiments.studies.trace.given import Given
+from experiments.studies.trace.study import run_trace_study
 from workbench.base import cluster as cluster_module
 from workbench.base import installation as installation_module
 from workbench.base import trust
@@ -17,8 +19,6 @@ from workbench.base.errors import ClusterError, InputError
 from workbench.base.process_pool import process_pool
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.trace_study.given import Given
-from workbench.commands.trace_study.study import run_trace_study
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed: the group cluster")
 dask = pytest.importorskip("dask")

@@ -58,7 +58,7 @@ def test_the_help_of_a_command_has_two_examples_and_its_page(name, capsys):
 
 def test_every_command_stands_once_in_a_group_and_the_help_shows_all(capsys):
     assert len(COMMANDS) == sum(map(len, GROUPS.values()))
-    assert {"design", "diagnose", "deliver", "study"} < set(GROUPS)
+    assert {"design", "diagnose", "deliver"} < set(GROUPS)
     with pytest.raises(SystemExit):
         main(["--help"])
     said = capsys.readouterr().out
@@ -77,7 +77,7 @@ def completed(line: str, cwd: Path = ROOT) -> list[str]:
 
 def test_a_shell_completes_commands_options_and_names_of_what_is_shipped(tmp_path):
     pytest.importorskip("argcomplete")
-    assert {"trace", "trace-study", "train", "trust"} == set(completed("jackbench tr"))
+    assert {"trace", "train", "trust"} == set(completed("jackbench tr"))
     assert completed("jackbench trace sample --sev") == ["--several"]
     assert {"tune_p", "tune_p_dp"} <= set(completed("jackbench tune tune_p", tmp_path))
     assert completed("jackbench residual sam", tmp_path) == ["sample"]

@@ -1,15 +1,15 @@
 """Hidden rigs: what they lack, their noise, how what came out is judged, and the table of those commissioned."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from workbench.commands.commission_study.colour import ColouredDraws
-from workbench.commands.commission_study.page import page
-from workbench.commands.commission_study.plan import OFF, STICKING, TRANSDUCER, hidden_plan, hidden_rig
-from workbench.commands.commission_study.study import summary
+from experiments.studies import kept
+from experiments.studies.commission.colour import ColouredDraws
+from experiments.studies.commission.page import page
+from experiments.studies.commission.plan import OFF, STICKING, TRANSDUCER, hidden_plan, hidden_rig
+from experiments.studies.commission.study import summary
 from workbench.plant import build
 from workbench.plant.effects import known_effects
 from workbench.rigs.rig_file import load_rig
@@ -17,7 +17,7 @@ from workbench.rigs.rig_file import load_rig
 RIG = load_rig("jack-10t")
 PLANS = [hidden_plan(RIG, number, 1) for number in range(20)]
 HERE = Path(__file__).parent
-COMMISSIONED = json.loads((HERE / "commissioned_rigs.json").read_text())
+COMMISSIONED = kept("commission/rigs").table
 PAGE = (HERE.parent / "docs" / "results" / "commission.md").read_text()
 
 

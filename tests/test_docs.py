@@ -8,6 +8,8 @@ from types import SimpleNamespace
 import pytest
 from links import broken
 
+from experiments.studies import FOLDER, kept
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -124,3 +126,28 @@ def test_a_table_keeps_bars_and_stars(generate):
         "| a | b |\n| --- | --- |\n| `x\\|y` | 2 \\* \\|v\\|, see `a_b` |\n"
     )
     assert "generate.markdown" in sys.modules
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*/*.json")), ids=lambda path: path.stem)
+def test_a_page_names_every_table_that_a_study_left(path, generate):
+    from generate.tables import dated
+
+    table = kept(f"{path.parent.name}/{path.stem}")
+    pages = {page: page.read_text() for page in (ROOT / "docs" / "results").glob("*.md")}
+    (page, *_) = [
+        page for page, text in pages.items() if f"`experiments/studies/{path.parent.name}/{path.name}`" in text
+    ]
+    assert table.command in " ".join(pages[page].split())
+    assert f"by jackbench {table.version}, {table.date}" in dated(pages[page], table.version)
+
+
+def test_a_table_of_a_version_before_the_last_is_refused(generate):
+    from generate.tables import dated
+
+    page, made = "in `experiments/studies/trace/campaigns.json`, and", kept("trace/campaigns")
+    assert made.version == "0.1.0"
+    assert (
+        dated(page, "0.2.0") == f"in `experiments/studies/trace/campaigns.json` (by jackbench 0.1.0, {made.date}), and"
+    )
+    with pytest.raises(ValueError, match=r"too old for 0.3.0: run python -m experiments.studies.trace"):
+        dated(page, "0.3.0")

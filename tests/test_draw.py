@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.commands.trace_study.campaigns.cause import (
+from experiments.studies.trace.campaigns.cause import (
     LIBRARY_CAUSES,
     OTHER_FORMULA_CAUSES,
     UNNAMED_CAUSES,
     cause,
     causes_on,
 )
-from workbench.commands.trace_study.campaigns.draw import CampaignPlan, draw
-from workbench.commands.trace_study.campaigns.noise import BLEMISHES, noise
-from workbench.commands.trace_study.campaigns.play import PositionLoop, play, start
-from workbench.commands.trace_study.campaigns.strength import scaled, settle
+from experiments.studies.trace.campaigns.draw import CampaignPlan, draw
+from experiments.studies.trace.campaigns.noise import BLEMISHES, noise
+from experiments.studies.trace.campaigns.play import PositionLoop, play, start
+from experiments.studies.trace.campaigns.strength import scaled, settle
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.fit.predict import predict_windows

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.cli import main
-from workbench.commands.knowledge.config import known_problem, load_knowledge
+from experiments.studies import kept
+from experiments.studies.knowledge.__main__ import main
+from experiments.studies.knowledge.config import known_problem, load_knowledge
 from workbench.link.commissioning.designs import exactly
 from workbench.loop import envelope
 from workbench.loop.knowledge import known_to
@@ -18,6 +19,7 @@ from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+STUDIES = EXPERIMENTS / "studies" / "knowledge"
 FACTORS = {"M": (0.5, 1.5), "beta": (0.5, 1.15), "Ps": (0.8, 1.03)}
 
 
@@ -57,7 +59,7 @@ def test_an_interval_of_a_fit_is_what_shrinks(rig):
 
 
 def test_a_search_is_the_same_but_for_what_is_known():
-    config = load_knowledge(EXPERIMENTS / "knowledge.toml")
+    config = load_knowledge(STUDIES / "knowledge.toml")
     search = config.searches[0]
     start = {number.name: number.low for number in search.searched}
     problem = known_problem(search, 0.05, start)
@@ -82,7 +84,7 @@ def test_the_same_design_fears_less_of_plants_that_are_known_better(tmp_path, mo
     monkeypatch.setattr(envelope, "DRAWN", 40)
     (tmp_path / "tune_p_dp_notch.toml").write_text((EXPERIMENTS / "tune_p_dp_notch.toml").read_text())
     (tmp_path / "known.toml").write_text(SMALL)
-    assert main(["knowledge", str(tmp_path / "known.toml"), "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
+    assert main([str(tmp_path / "known.toml"), "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
     metrics = json.loads((tmp_path / "out/metrics.json").read_text())
     wide, narrow = metrics["rows"]
     assert [wide["known_percent"], narrow["known_percent"]] == [50, 2]
@@ -119,7 +121,7 @@ def test_what_makes_no_study_is_refused_in_a_line(tmp_path, capsys, old, new, sa
     shutil.copytree(EXPERIMENTS, tmp_path / "there", ignore=shutil.ignore_patterns("sample"))
     path = tmp_path / "there" / "known.toml"
     path.write_text(SMALL.replace(old, new))
-    assert main(["knowledge", str(path), "--jobs", "1", "--out", str(tmp_path / "out")]) == 2
+    assert main([str(path), "--jobs", "1", "--out", str(tmp_path / "out")]) == 2
     assert said in capsys.readouterr().err.strip().splitlines()[-1]
     assert not (tmp_path / "out").exists()
 
@@ -128,7 +130,7 @@ PAGE = EXPERIMENTS.parent / "docs/results/knowledge.md"
 
 
 def test_the_page_has_what_the_searches_left():
-    metrics = json.loads(PAGE.with_suffix(".json").read_text())
+    metrics = kept("knowledge/knowledge").table
     rows = {(row["controller"], row["known_percent"]): row for row in metrics["rows"]}
     lines = [
         [cell.strip() for cell in line.strip("|").split("|")]
@@ -145,7 +147,7 @@ def test_the_page_has_what_the_searches_left():
 
 
 def test_the_sentences_of_the_page_hold():
-    rows = json.loads(PAGE.with_suffix(".json").read_text())["rows"]
+    rows = kept("knowledge/knowledge").rows
     best = {p: min((r for r in rows if r["known_percent"] == p), key=lambda r: r["settling_p99_s"]) for p in (50, 5, 2)}
     assert [best[p]["settling_p99_s"] for p in (50, 5)] == [0.109, 0.045]
     assert best[5]["settling_p50_s"] == 0.039
@@ -158,7 +160,7 @@ def test_the_sentences_of_the_page_hold():
 
 def test_the_page_of_the_force_loop_has_what_its_searches_left():
     """Known to 5 %, in less than half the time, and below what was asked of all of the range."""
-    rows = json.loads(PAGE.with_name("knowledge_force.json").read_text())["rows"]
+    rows = kept("knowledge/knowledge_force").rows
     text = PAGE.with_name("force_known.md").read_text()
     keys = ("settling_p50_s", "settling_p99_s", "settling_worst_s")
     for row in rows:

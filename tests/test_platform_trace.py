@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from experiments.studies.trace.platforms import DrawnPlatform, platform_draws
+from experiments.studies.trace.score import judged, odds
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.platform_scene import MARK
@@ -14,8 +16,6 @@ from workbench.commands.record import platform as record
 from workbench.commands.record.platform import platform_plan
 from workbench.commands.trace.legs_page import sentence
 from workbench.commands.trace.platform import leg_effects
-from workbench.commands.trace_study.platforms import DrawnPlatform, platform_draws
-from workbench.commands.trace_study.score import judged, odds
 from workbench.identify.found.legs import platform_answer, suspected
 from workbench.plant.effects import find, known_effects
 from workbench.rigs.number import Number

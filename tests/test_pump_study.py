@@ -6,18 +6,18 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from workbench.cli import main
-from workbench.commands.trace_study.campaigns.cause import (
+from experiments.studies.trace.__main__ import main
+from experiments.studies.trace.campaigns.cause import (
     LIBRARY_CAUSES,
     OTHER_FORMULA_CAUSES,
     UNNAMED_CAUSES,
     causes_on,
     number_causes,
 )
-from workbench.commands.trace_study.campaigns.cycles import PERIOD, cycles
-from workbench.commands.trace_study.campaigns.draw import CampaignPlan, draw
-from workbench.commands.trace_study.plan import PUMP_SHARES, default_plan
-from workbench.commands.trace_study.score import judged, scores
+from experiments.studies.trace.campaigns.cycles import PERIOD, cycles
+from experiments.studies.trace.campaigns.draw import CampaignPlan, draw
+from experiments.studies.trace.plan import PUMP_SHARES, default_plan
+from experiments.studies.trace.score import judged, scores
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.fit.predict import predict_windows
@@ -169,8 +169,10 @@ def test_a_number_that_is_blamed_for_an_effect_is_a_false_alarm():
         (["--rig", "crane"], "--rig crane: campaigns are drawn on jack-10t or pump-rig"),
         (["--kind", "number"], "--kind number: campaigns on jack-10t are single, clean, off, pair"),
         (["--kind", "clean", "--campaigns", "."], "--kind is for campaigns that are drawn"),
+        (["--number", "0"], "--number 0"),
+        (["--campaigns", "nothere"], "truth.json"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(capsys, words, says):
-    assert main(["trace-study", *words]) == 2
+    assert main(words) == 2
     assert says in capsys.readouterr().err

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.cli import main
+from experiments.studies import kept
+from experiments.studies.sheet.__main__ import main
 from workbench.commands.force_test.bench import SIZES, ForceBench
 from workbench.commands.force_test.options import with_grips
 from workbench.identify.acceptance.bench import TestBench as Bench
@@ -21,7 +22,7 @@ from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("jack-10t")
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
-ROWS = json.loads((RESULTS / "sheets.json").read_text())["rows"]
+ROWS = kept("sheet/sheets").rows
 
 
 def test_the_true_curve_has_the_declared_lands():
@@ -72,7 +73,7 @@ def test_a_slow_recording_of_the_spool_is_not_smoothed():
 
 def test_a_study_says_of_each_line_how_often_it_holds(tmp_path):
     out = tmp_path / "out"
-    assert main(["sheet-study", "jack-10t", "--sheets", "records", "--number", "2", "--out", str(out)]) == 0
+    assert main(["jack-10t", "--sheets", "records", "--number", "2", "--out", str(out)]) == 0
     rows = {row["id"]: row for row in json.loads((out / "metrics.json").read_text())["rows"]}
     assert rows["flow_gain_extending"]["rigs"] == 2
     assert all(0 <= row["held"] <= row["rigs"] for row in rows.values())
@@ -80,7 +81,7 @@ def test_a_study_says_of_each_line_how_often_it_holds(tmp_path):
 
 @pytest.mark.parametrize("words", [["--number", "0"], ["--sheets", "none"]])
 def test_bad_input_is_one_line(words, tmp_path, capsys):
-    assert main(["sheet-study", "jack-10t", *words, "--out", str(tmp_path / "out")]) == 2
+    assert main(["jack-10t", *words, "--out", str(tmp_path / "out")]) == 2
     assert words[-1] in capsys.readouterr().err.strip().splitlines()[-1]
 
 

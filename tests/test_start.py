@@ -75,7 +75,6 @@ def test_a_list_imports_no_solver(kind):
         [*SHEET, "--rig", "jack-10t"],
         [*SHEET, "--amplitude", "1", "--rig", "jack-10t", "--without", "x"],
         ["trace", "experiments/sample", "--without", "drive.lagg"],
-        ["trace-study", "--campaigns", "nothere"],
         ["frequency", "nothere", "--output", "spool"],
         ["excite", "jack", "steps", "--amplitude", "1", "--seconds", "1", "--out", "x.csv"],
         ["record", "jack"],

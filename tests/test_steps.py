@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from experiments.studies.knowledge.config import load_knowledge
 from workbench.base.errors import InputError
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
-from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_any
 from workbench.commands.robustness.config import load_any as load_robustness
 from workbench.commands.run.config import load_config

@@ -1,6 +1,5 @@
 """The site's tables of how often a trace is right are those of the campaigns that were traced."""
 
-import json
 import re
 from pathlib import Path
 
@@ -8,15 +7,16 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from workbench.commands.trace_study.plan import SHARES
-from workbench.commands.trace_study.score import FINE, HOW, odds, scores
+from experiments.studies import kept
+from experiments.studies.trace.plan import SHARES
+from experiments.studies.trace.score import FINE, HOW, odds, scores
 
 HERE = Path(__file__).parent
-ROWS = json.loads((HERE / "traced_campaigns.json").read_text())
-CLEAN_ROWS = json.loads((HERE / "traced_clean_campaigns.json").read_text())
-PLATFORM_ROWS = json.loads((HERE / "traced_platforms.json").read_text())
-JOINT_ROWS = json.loads((HERE / "traced_joints.json").read_text())
-PUMP_ROWS = json.loads((HERE / "traced_pump_campaigns.json").read_text())
+ROWS = kept("trace/campaigns").rows
+CLEAN_ROWS = kept("trace/clean_campaigns").rows
+PLATFORM_ROWS = kept("trace/platforms").rows
+JOINT_ROWS = kept("trace/joints").rows
+PUMP_ROWS = kept("trace/pump_campaigns").rows
 RESULTS = HERE.parent / "docs" / "results"
 SECTION = "\n".join(
     (RESULTS / f"{name}.md").read_text() for name in ("trace_study", "trace_study_misses", "neighbours")
@@ -118,12 +118,12 @@ def test_none_of_the_further_clean_campaigns_was_named():
 
 
 def test_what_a_trace_takes_is_what_it_took():
-    again = json.loads((HERE / "traced_again.json").read_text())
+    again = kept("trace/again").rows
     seconds = [row["trace_s"] for row in again]
     fine = sum(row["result"] in FINE for row in again)
     unknown, wrong = (sum(row["result"] == result for row in again) for result in ("unknown", "wrong"))
     words = " ".join(SECTION.split())
-    assert f"{len(again)} campaigns of `jackbench trace-study" in words
+    assert f"{len(again)} campaigns of `python -m experiments.studies.trace" in words
     assert (
         f"took {np.median(seconds):.0f} CPU s at the median and {np.quantile(seconds, 0.95):.0f} CPU s at 95 %" in words
     )
@@ -145,7 +145,7 @@ def test_what_a_trace_takes_is_what_it_took():
 
 
 def test_neighbours_are_counted_as_they_were_traced():
-    rows = json.loads((HERE / "traced_neighbours.json").read_text())
+    rows = kept("trace/neighbours").rows
     table = {cells[0]: cells[1:] for cells in table_rows(SECTION) if cells[0].startswith(("drive.", "main.", "pilot."))}
     counted = {row["effect"]: [str(row[key]) for key in ("campaigns", *HOW)] for row in odds(rows)}
     assert table == counted

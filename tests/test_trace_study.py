@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from experiments.studies.trace.campaigns.draw import CampaignPlan
+from experiments.studies.trace.given import given
+from experiments.studies.trace.plan import default_plan
+from experiments.studies.trace.score import confusion, failed, judged, odds, scores
+from experiments.studies.trace.study import run_trace_study
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
-from workbench.commands.trace_study.campaigns.draw import CampaignPlan
-from workbench.commands.trace_study.given import given
-from workbench.commands.trace_study.plan import default_plan
-from workbench.commands.trace_study.score import confusion, failed, judged, odds, scores
-from workbench.commands.trace_study.study import run_trace_study
 from workbench.plant.effects import LIBRARY
 from workbench.report import render
 

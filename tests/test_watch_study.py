@@ -1,21 +1,21 @@
 """Made rigs that wear: what grows and how, forecasts of drawn wears, and the table of those that were watched."""
 
-import json
 import re
 from pathlib import Path
 
 import pytest
 
-from workbench.commands.watch_study.courses import coverage
-from workbench.commands.watch_study.made_rig import WEARS, MadeRig, drawn_rigs, worn
-from workbench.commands.watch_study.page import page
-from workbench.commands.watch_study.study import summary
+from experiments.studies import kept
+from experiments.studies.watch.courses import coverage
+from experiments.studies.watch.made_rig import WEARS, MadeRig, drawn_rigs, worn
+from experiments.studies.watch.page import page
+from experiments.studies.watch.study import summary
 from workbench.identify.watch.healthy_rate import poisson_rate
 from workbench.identify.watch.history import FEWEST
 from workbench.plant.effects import known_effects
 
 HERE = Path(__file__).parent
-WATCHED = json.loads((HERE / "watched_rigs.json").read_text())
+WATCHED = kept("watch/rigs").table
 PAGE = (HERE.parent / "docs" / "results" / "watch.md").read_text()
 
 

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -42,13 +42,27 @@ class Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Status 0: done; 2: bad input, with one line on stderr; 130: interrupted, resumable, by Ctrl-C;
     143 by SIGTERM, and 129 by SIGHUP, as of a terminal that is closed."""
+    return _ended("jackbench", sys.argv[1:] if arguments is None else arguments, _options)
+
+
+def script(
+    module: str, what: str, options: Callable[[argparse.ArgumentParser], None], arguments: Sequence[str] | None
+) -> int:
+    """Run a study of the repository, `python -m MODULE`, as `main` runs a command; `options` declares what it takes."""
+    parser = Parser(prog=f"python -m {module}", description=what)
+    options(parser)
+    _trusts(parser)
+    return _ended(parser.prog, sys.argv[1:] if arguments is None else arguments, parser.parse_args)
+
+
+def _ended(program: str, words: Sequence[str], read: Callable[[Sequence[str]], argparse.Namespace]) -> int:
+    """The status of a command, also of one that a signal ended."""
     with _ended_by_signals() as ends:
-        status = _run(arguments)
+        status = _run(program, words, read)
     return 128 + ends[0] if status == _INTERRUPTED and ends else status
 
 
-def _run(arguments: Sequence[str] | None) -> int:
-    words = sys.argv[1:] if arguments is None else list(arguments)
+def _run(program: str, words: Sequence[str], read: Callable[[Sequence[str]], argparse.Namespace]) -> int:
     if _ASKED in os.environ:
         _complete()
     for threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -56,13 +70,13 @@ def _run(arguments: Sequence[str] | None) -> int:
     _print_what_the_console_has()
     os.environ["PYTHONSAFEPATH"] = "1"  # worker processes import nothing from the working folder either
     try:
-        if not words:
+        if not words and read is _options:
             print(_first_words())
             return 0
-        options = _options(words)
+        options = read(words)
         if getattr(options, "trust", False):
             trust.allow_everything()
-        options.call(options, words)
+        options.call(options, [*program.split(), *words])
         sys.stdout.flush()  # on a full disk, this is where it shows
     except (InputError, ClusterError) as error:
         return _complaint(str(error))
@@ -176,8 +190,12 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
         if name == first_word:
             import_module(f".commands.{folder(name)}.options", __package__).options(command)
             if name not in _WITHOUT_RIG:
-                command.add_argument("--trust", action="store_true", help="run the effect_files of rigs, this once")
+                _trusts(command)
     return parser
+
+
+def _trusts(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--trust", action="store_true", help="run the effect_files of rigs, this once")
 
 
 def _grouped() -> str:

@@ -13,6 +13,7 @@ examples      the scripts of examples/, run, with what they print and draw
 architecture  pictures of the rooms and of the ways through them
 words         the words of the house with their meanings
 gallery       reports that their commands make, with pictures of their first screens
+tables        who made the tables that studies left, and when
 doors         the names of `workbench`, `controllers` and `envs`
 """
 

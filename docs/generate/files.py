@@ -9,7 +9,6 @@ from envs.task import load_task
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
-from workbench.commands.knowledge.config import load_knowledge
 from workbench.commands.learn.config import load_any, load_learning
 from workbench.commands.robustness.config import load_any as load_robustness_of_any
 from workbench.commands.robustness.config import load_robustness
@@ -59,7 +58,6 @@ def pages() -> dict[str, str]:
         ("train", load_train, ("train.toml",)),
         ("robustness", load_robustness, ("robustness.toml",)),
         ("robustness: a platform on six jacks", load_robustness_of_any, ("robustness_platform.toml",)),
-        ("knowledge", load_knowledge, ("knowledge.toml",)),
         ("faults", load_faults, ("faults.toml",)),
         ("learn", load_learning, ("learn.toml",)),
         ("learn: a platform on six jacks", load_any, ("learn_platform.toml", "learn_platform_road.toml")),

@@ -16,6 +16,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "show": "show a rig and what follows from its numbers",
         "open": "open the report of a run, or the newest one, in the browser",
         "doctor": "say what this installation can do, and what is missing",
+        "speed": "time the engine beside public solvers",
         "completion": "print the script that completes commands in bash, zsh or fish",
         "trust": "allow code that comes with a rig to run",
     },
@@ -25,7 +26,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "compare": "compare finished runs side by side",
         "robustness": "judge every controller on thousands of drawn plants",
         "limit": "compute how soon an optimiser that knows the rig settles it",
-        "knowledge": "measure how many seconds controllers gain when the rig's numbers are known better",
         "faults": "play faults of sensors, controllers, drives and plants, and judge the guard",
         "tune": "search a controller's numbers: hard goals over a set of rigs, then the least cost",
         "train": "search a policy, a small network on top of a controller, with the goals and envelope of tune",
@@ -59,13 +59,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "serve": "serve a rig on UDP, in lockstep or real time, for controllers behind a wire",
         "drive": "play an experiment's controllers at a live rig on UDP, and judge them as run does",
         "commission": "bring a live rig from its datasheet to a verified controller",
-    },
-    "study": {
-        "trace-study": "measure how often a trace is right",
-        "sheet-study": "measure how often the lines of a sheet hold the truth",
-        "watch-study": "measure how well rigs are watched over months",
-        "commission-study": "measure how well hidden rigs are commissioned",
-        "speed": "time the engine beside public solvers",
     },
 }  # what a person is at: a command has its place in one of them
 COMMANDS = {name: what for group in GROUPS.values() for name, what in group.items()}

@@ -24,7 +24,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "robustness": ("jackbench robustness robustness", "jackbench robustness robustness --plants 1000 --jobs 2"),
     "limit": ("jackbench limit benchmark", 'jackbench limit position_step --margin "20 bar"'),
-    "knowledge": ("jackbench knowledge knowledge", "jackbench knowledge knowledge --plants 200 --jobs 2"),
     "faults": ("jackbench faults faults", "jackbench faults faults --plants 100"),
     "tune": ("jackbench tune tune_p_dp", "jackbench tune tune_p_dp --rig mine.toml --out out/tuned"),
     "train": ("jackbench train train_p_dp", "jackbench train train_p_dp --jobs 2"),
@@ -61,10 +60,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "jackbench retune tune_p_dp --found found.toml --trials 100",
     ),
     "watch": ("jackbench watch rig-3", 'jackbench watch rig-3 --false-alarms "1 per 5 years" --exit-code'),
-    "sheet-study": (
-        "jackbench sheet-study jack-10t",
-        "jackbench sheet-study jack-10t --sheets force --number 20",
-    ),
     "capability": (
         "jackbench capability jack-10t --loop position_tuned --pdf",
         "jackbench capability jack-10t --drive course.csv --cooler '20 kW' --catalogue catalogue.toml",
@@ -87,12 +82,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "commission": (
         "jackbench commission jack-10t --at udp://127.0.0.1:4000",
         "jackbench commission mine.toml --at udp://192.168.0.20:4000 --minutes 10",
-    ),
-    "trace-study": ("jackbench trace-study --number 20", "jackbench trace-study --kind clean --number 60 --seed 4"),
-    "watch-study": ("jackbench watch-study", "jackbench watch-study --number 3 --sessions 20 --years 100"),
-    "commission-study": (
-        "jackbench commission-study --number 2",
-        "jackbench commission-study --number 20 --seed 1 --jobs 2",
     ),
     "speed": ("jackbench speed", "jackbench speed --link"),
 }

@@ -105,7 +105,7 @@ def finish_in_folder(
 
     with open_run(out, identity, options.force) as run:
         outcome = study(run, progress)
-        page = leave(run, outcome, identity, shlex.join(["jackbench", *words]))
+        page = leave(run, outcome, identity, shlex.join(words))
     index = write_index(out.resolve().parent)
     if options.picture and outcome.drawing.picture:
         from ...report import page_looks

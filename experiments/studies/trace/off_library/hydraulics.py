@@ -1,0 +1,123 @@
+"""Supply, oil and leaks otherwise than in the library."""
+
+import casadi as ca
+
+from workbench.plant.effects import EffectNumber, EffectState, Scope
+from workbench.plant.orifice import root
+
+from .formula import off_library, shape, size
+
+_Pair = tuple[ca.SX, ca.SX]
+_ATMOSPHERE = 1.013e5  # Pa
+_LOWEST = 2e4  # Pa
+
+
+def _sagged(supply: ca.SX, s: Scope) -> ca.SX:
+    return supply - s.x("drop")
+
+
+def _both_laws(_: None, s: Scope) -> None:
+    """tau drop' = R Q + k Q^2 - drop: a line that is neither laminar nor turbulent."""
+    flow = s["flow"]
+    s.rate("drop", ((s.p("R") + s.p("k") * flow) * flow - s.x("drop")) / s.p("tau"))
+
+
+def _inert_line(_: None, s: Scope) -> None:
+    """tau^2 drop'' + 2 zeta tau drop' + drop = R Q: the oil of the line has inertia."""
+    s.rate("drop", s.x("rate") / s.p("tau"))
+    s.rate("rate", (s.p("R") * s["flow"] - s.x("drop") - 2 * s.p("zeta") * s.x("rate")) / s.p("tau"))
+
+
+def _exponential(modulus: ca.SX, s: Scope) -> ca.SX:
+    """K = beta [1 - a exp(-p/p1)]."""
+    return modulus * (1 - s.p("a") * ca.exp(-ca.fmax(s["pressure"], 0) / s.p("p1")))
+
+
+def _logarithmic(modulus: ca.SX, s: Scope) -> ca.SX:
+    """K = beta [1 + a log10((90 p/p1 + 3)/93)/2], p1 = 280 bar: falls towards low pressure, beta at p1."""
+    return modulus * (1 + s.p("a") * ca.log10((90 * ca.fmax(s["pressure"], 0) / 2.8e7 + 3) / 93) / 2)
+
+
+def _dissolving(modulus: ca.SX, s: Scope) -> ca.SX:
+    """1/K = 1/beta + alpha (1 - p/ps)^2 p0/p^2 below ps: air goes into solution, all of it at ps; isothermal."""
+    p = ca.fmax(s["pressure"], _LOWEST)
+    free = ca.fmax(1 - p / s.p("ps"), 0)
+    return modulus / (1 + modulus * s.p("alpha") * free * free * _ATMOSPHERE / (p * p))
+
+
+def _mixed(leaks: _Pair, s: Scope) -> _Pair:
+    """QA = C (pA - pr) + k q(pA - pr), from chamber A alone, q the plant's signed root."""
+    drop = s["pa"] - s["drain"]
+    return leaks[0] + s.p("C") * drop + s.p("k") * root(drop), leaks[1]
+
+
+def _opening_seal(leaks: _Pair, s: Scope) -> _Pair:
+    """QB = C (pB - pr)^3/p1^2: a seal that pressure lifts."""
+    drop = s["pb"] - s["drain"]
+    return leaks[0], leaks[1] + s.p("C") * drop * drop * drop / s.p("p1") ** 2
+
+
+_DROP = EffectState("drop", "Pa", 1e6)
+_R = size("R", "Pa s/m^3", 1e8, 1e10, "resistance of the line")
+_ALPHA = size("alpha", "1", 0.02, 0.3, "share of air in the volume at 1 atm")
+
+EFFECTS = (
+    off_library(
+        "supply.sag",
+        "linear and square",
+        "Idelchik, Handbook of Hydraulic Resistance: laminar and local losses in series",
+        {"supply": _sagged, "supply_flow": _both_laws},
+        (_R, size("k", "Pa s^2/m^6", 1e10, 1e13, "square loss"), shape("tau", "s", 5e-3, "of line and manifold")),
+        (_DROP,),
+    ),
+    off_library(
+        "supply.sag",
+        "inert line",
+        "Watton, Fundamentals of Fluid Power Control, Cambridge 2009, ch. 5: resistance, inertance, capacitance",
+        {"supply": _sagged, "supply_flow": _inert_line},
+        (
+            _R,
+            shape("tau", "s", 5e-3, "1/(2 pi) of its period"),
+            EffectNumber("zeta", "1", "1", 0.4, 0.2, 1.0, "damping"),
+        ),
+        (_DROP, EffectState("rate", "Pa", 1e6)),
+    ),
+    off_library(
+        "oil.air",
+        "exponential",
+        "Hoffmann, Dynamisches Verhalten hydraulischer Steuerungssysteme, Springer 1981",
+        {"modulus": _exponential},
+        (
+            size("a", "1", 0.3, 0.95, "share of the modulus that is missing at no pressure"),
+            shape("p1", "Pa", 5e6, "pressure over which it comes"),
+        ),
+    ),
+    off_library(
+        "oil.air",
+        "logarithmic",
+        "Boes, Christian: Hydraulische Achsantriebe im digitalen Regelkreis, RWTH Aachen 1995",
+        {"modulus": _logarithmic},
+        (size("a", "1", 0.5, 1.2, "1: as published"),),
+    ),
+    off_library(
+        "oil.air",
+        "dissolving",
+        "Zhou, Vacca, Manhartsgruber, J. Fluids Engineering 135(9), 2013: gas that goes into solution, simplified",
+        {"modulus": _dissolving},
+        (_ALPHA, shape("ps", "Pa", 1.5e7, "pressure at which all is dissolved")),
+    ),
+    off_library(
+        "jack.external_leakage",
+        "mixed, one side",
+        "Merritt, Hydraulic Control Systems, Wiley 1967, sec. 3.2 and 3.3",
+        {"leakage": _mixed},
+        (size("C", "m^3/s/Pa", 1e-11, 1e-9, "laminar leak"), size("k", "m^3/s/Pa^0.5", 3e-8, 3e-6, "turbulent leak")),
+    ),
+    off_library(
+        "jack.external_leakage",
+        "seal that opens",
+        "flow in a gap grows with the cube of its height",
+        {"leakage": _opening_seal},
+        (size("C", "m^3/s/Pa", 2e-11, 2e-9, "leak at p1"), shape("p1", "Pa", 1e7, "pressure")),
+    ),
+)

@@ -1,0 +1,154 @@
+"""Made rigs over months: a reference run a week; oil, supply and noise wander, and one wear grows, or none."""
+
+import gzip
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from workbench.identify.watch.history import FEWEST
+
+from ..trace.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
+from ..trace.campaigns.draw import CampaignPlan, written_records
+from ..trace.campaigns.noise import Noise
+from ..trace.campaigns.scene import Scene
+
+FIRST_DAY = date(2025, 1, 6)
+WEEK = 7
+SEASON, DAILY = 6.0, 2.0  # K, of the oil about its mean: over a year, and from session to session
+PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number: what is true of made oils, a watch has its own
+SUPPLY = 0.003  # of the supply pressure, from session to session
+NOISIER = 0.15  # of each sensor's noise, from session to session
+HEALTHY = "nothing"
+
+Growth = Literal["slow", "jump", "steps"]
+Pace = Literal["steady", "unsteady", "faster"]  # of wears whose forecasts are drawn
+Mix = dict[Cause, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What grows: a number of the rig to `most` times its first value, an effect to `most` of typical, or the scale of
+    a sensor by `most`."""
+
+    name: str
+    formula: str
+    most: float
+
+    @property
+    def sensor(self) -> str:
+        """The sensor that wears, if one does."""
+        return self.name.removesuffix(".scale") if self.name.endswith(".scale") else ""
+
+
+WEARS = (
+    Wear("Cl", "", 6.0),
+    Wear("K3", "", 1.3),
+    Wear("Ps", "", 0.9),
+    Wear("Kp", "", 0.75),
+    Wear("jack.friction", "hyperbolic", 0.6),
+    Wear("main.deadband", "round ports", 0.4),
+    Wear("oil.air", "dissolving", 0.6),
+    Wear("jack.external_leakage", "seal that opens", 0.6),
+    Wear("drive.delay", "shift and filter", 0.5),
+    Wear("pa.scale", "", 0.05),
+)
+
+
+@dataclass(frozen=True)
+class MadeRig:
+    """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, its noise, the
+    session before which it is `mended`, and whether a remark tells of that."""
+
+    seed: int
+    wear: Wear | None
+    growth: Growth = "slow"
+    begins: int = 0
+    sessions: int = 30
+    noise: Noise = "white"
+    mended: int | None = None
+    said: bool = False
+
+    @property
+    def id(self) -> str:
+        """The name of its folder."""
+        return f"{self.wear.name if self.wear else 'healthy'}-{self.growth}-{self.seed}"
+
+    def share(self, session: int) -> float:
+        """How far the wear has grown in a session, 0 to 1."""
+        if self.wear is None or session < self.begins or (self.mended is not None and session >= self.mended):
+            return 0.0
+        grown = (session - self.begins + 1) / (self.sessions - self.begins)
+        return {"slow": grown, "jump": 0.5, "steps": np.ceil(3 * grown) / 3}[self.growth]
+
+
+def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False) -> list[MadeRig]:
+    """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn, and are
+    mended, if they are, after two thirds of that, every second one with a remark. The noise of every second rig is
+    coloured."""
+    rigs, growths = [], get_args(Growth)
+    for k in range(number):
+        random = np.random.default_rng([seed, k])
+        worn = k - k // 3 - 1
+        wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
+        begins = FEWEST + int(random.integers(max(1, sessions // 2 - FEWEST), max(2, 2 * sessions // 3 - FEWEST)))
+        noise: Noise = "coloured" if k % 2 else "white"
+        mended = begins + 2 * (sessions - begins) // 3 if mend and wear else None
+        growth = growths[worn % 3] if wear else "slow"
+        rigs.append(MadeRig(seed * 1000 + k, wear, growth, begins, sessions, noise, mended, bool(worn % 2)))
+    return rigs
+
+
+def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str, float]]:
+    """A folder of dated sessions; the temperature is in each one's campaign.toml. The true numbers of each."""
+    random = np.random.default_rng([rig.seed, 1])
+    truths = []
+    for session in range(rig.sessions):
+        day = FIRST_DAY + timedelta(days=WEEK * session)
+        warmer = SEASON * np.sin(2 * np.pi * WEEK * session / 365.25) + DAILY * random.standard_normal()
+        numbers = {name: value * (1 + PER_KELVIN.get(name, 0.0) * warmer) for name, value in scene.true.items()}
+        numbers["Ps"] *= 1 + SUPPLY * random.standard_normal()
+        numbers, mix = worn(rig, numbers, rig.share(session))
+        louder = float(np.exp(NOISIER * random.standard_normal()))
+        plan = CampaignPlan(rig.seed * 1000 + session, "single", noise=rig.noise)
+        extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
+        if session == rig.mended and rig.said:
+            extra["session"]["remark"] = "repaired"
+        written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
+        if rig.wear and rig.wear.sensor:
+            _rescale(folder / day.isoformat(), rig.wear.sensor, 1 + rig.share(session) * rig.wear.most)
+        truths.append(numbers)
+    return truths
+
+
+def worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict[str, float], Mix]:
+    """The rig's numbers, and its effects with theirs, once so much of the wear is there."""
+    wear = rig.wear
+    if wear is None or share == 0.0 or wear.sensor:
+        return dict(numbers), {}
+    if not wear.formula:
+        return {**numbers, wear.name: numbers[wear.name] * (1 + share * (wear.most - 1))}, {}
+    cause = _cause(wear)
+    strong = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
+              for n in cause.effect.numbers}  # fmt: skip
+    return dict(numbers), {cause: strong}
+
+
+def _rescale(folder: Path, sensor: str, factor: float) -> None:
+    """Make a sensor read so many times what it read."""
+    for file in folder.glob("*.csv.gz"):
+        with gzip.open(file, "rt", encoding="utf-8") as lines:
+            head, *rows = lines.read().splitlines()
+        column = [cell.split(" ")[0] for cell in head.split(",")].index(sensor)
+        cells = [row.split(",") for row in rows]
+        for row in cells:
+            row[column] = f"{factor * float(row[column]):.7g}"
+        with gzip.open(file, "wt", encoding="utf-8") as lines:
+            lines.write("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
+
+
+def _cause(wear: Wear) -> Cause:
+    return next(c for c in (*OTHER_FORMULA_CAUSES, *LIBRARY_CAUSES) if c.key == (wear.name, wear.formula))
