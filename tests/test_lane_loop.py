@@ -13,6 +13,8 @@ from workbench.commands.run.config import load_config
 from workbench.control.compensators import compensated
 from workbench.control.protocol import graph_law
 from workbench.engine import Engine
+from workbench.engine.buffered import BufferedFunction
+from workbench.engine.instant import watched_readings
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.link.bench import bench
@@ -23,7 +25,7 @@ from workbench.loop.batch import play_lanes, run_lanes
 from workbench.loop.lane_metrics import step_lanes
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.loop.sensors import Sensors, logged_lanes
+from workbench.loop.sensors import Disturbance, Sensors, logged_lanes
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
 from workbench.rigs.sensor import Sensor
@@ -240,3 +242,21 @@ def test_a_reading_half_way_between_two_steps_is_the_upper_one_wherever_it_is_re
         assert told.values == (reading,)
     for _, block in run_lanes(engine, rig, graph_law(law), points, p, (above - true)[:, None], ("position",), 1):
         assert block.demanded[:, 0] == pytest.approx(points.u[:, 0], abs=1e-9)
+
+
+def test_a_served_rig_reads_to_the_bit_what_lanes_do_and_knows_the_first_limit_that_is_left():
+    random, columns, quanta = np.random.default_rng(5), [4, 1, 3], [0.0, 1e-3, 0.3]
+    served = BufferedFunction(watched_readings(6, columns, quanta, [1, 5]))
+    outputs, noise, middles, sizes = served.given
+    middles[:], sizes[:] = (0.5, -1.0), (2.0, 1.0)
+    lanes, normal = random.normal(0.0, 2.0, (300, 6)), random.normal(0.0, 1e-3, (300, 3))
+    lanes[:3, 1], lanes[:3, 5] = (2.5, 0.0, np.nan), (0.0, np.nan, np.nan)
+    found = []
+    for outputs[:], noise[:] in zip(lanes, normal, strict=True):
+        served.evaluate()
+        found.append(served.found.copy())
+    readings, trips = np.split(np.array(found), [3], axis=1)
+    assert np.array_equal(readings, Disturbance(1.0, quanta).readings(lanes[:, columns], normal), equal_nan=True)
+    beyond = ~(np.abs(lanes[:, [1, 5]] - middles) <= sizes)
+    assert trips[:, 0].tolist() == np.where(beyond[:, 0], 1, np.where(beyond[:, 1], 2, 0)).tolist()
+    assert trips[:3, 0].tolist() == [0, 2, 1]

@@ -12,6 +12,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from ..rigs.sampling import arriving
+
 Command = TypeVar("Command", float, np.ndarray)
 Arriving = tuple[tuple[Command, float], ...]  # each with the share of the period for which it is held
 _SHORT = 1e-6  # of a period: the least part over which the older command is held where lanes differ
@@ -46,7 +48,7 @@ class HeldCommands:
     @property
     def mean(self) -> np.ndarray:
         """Over each interval."""
-        return self.share * self.older + (1 - self.share) * self.newer
+        return arriving(self.older, self.newer, self.share, True)[0]
 
     @property
     def slope(self) -> np.ndarray:
@@ -169,6 +171,6 @@ class DelayLine(Generic[Command]):
         self._sent.append(command)
         before = self._sent.popleft()
         now = self._sent[0]
-        if self._interpolated:
-            return ((self._part * before + (1 - self._part) * now, 1.0),)
-        return ((before, self._part), (now, 1 - self._part)) if self._part else ((now, 1.0),)
+        first, last = arriving(before, now, self._part, self._interpolated)
+        is_held = self._interpolated or not self._part
+        return ((last, 1.0),) if is_held else ((first, self._part), (last, 1 - self._part))

@@ -1,10 +1,10 @@
 """The rules of the guard evaluated sample by sample, in CasADi's interpreter: fixed places, nothing is copied."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
+from .buffered import BufferedFunction
 from .guard_coupling import told
 from .guard_rules import graphs
 from .guard_shape import GuardShape
@@ -18,19 +18,10 @@ class GuardSteps:
         self._trip, self._speed, self._places = shape.state["trip"].start, shape.state["v"].start, shape.numbers
         watch, limit = graphs(shape)
         self._state = np.zeros(watch.numel_in(0))
-        self._after, self._sent = np.zeros(len(self._state)), np.zeros(2)
-        self._readings = np.zeros(len(self._read))
-        self._command, self._demanded, self._reference = np.zeros((3, 1))
-        watched: Any
-        limited: Any
-        watched, self._watch = watch.buffer()
-        limited, self._limit = limit.buffer()
-        for buffer, array, result in ((watched, self._readings, self._after), (limited, self._demanded, self._sent)):
-            for place, argument in enumerate((self._state, array, self._command, self._numbers)):
-                buffer.set_arg(place, argument.data)
-            buffer.set_res(0, result.data)
-        watched.set_arg(4, self._reference.data)
-        self._buffers = watched, limited
+        self._readings, self._command, self._demanded, self._reference = np.zeros(len(shape.read)), *np.zeros((3, 1))
+        places = self._command, self._numbers
+        self._watch = BufferedFunction(watch, self._state, self._readings, *places, self._reference)
+        self._limit = BufferedFunction(limit, self._state, self._demanded, *places)
 
     def reset(self) -> None:
         """Forget the past."""
@@ -56,14 +47,14 @@ class GuardSteps:
         at a reference, NaN: anywhere; the trip's number, or 0."""
         self._readings[:] = [measurement.get(name, np.nan) for name in self._read]
         self._command[0], self._reference[0] = command, reference
-        self._watch()
-        self._state[:] = self._after
+        self._watch.evaluate()
+        self._state[:] = self._watch.found
         return int(self._state[self._trip])
 
     def limit(self, demanded: float, command: float) -> tuple[float, int]:
         """The command that the drive gets after `command`, and the number of the trip, or 0."""
         self._demanded[0], self._command[0] = demanded, command
-        self._limit()
-        sent, trip = self._sent.tolist()
+        self._limit.evaluate()
+        sent, trip = self._limit.found.tolist()
         self._state[self._trip] = trip
         return sent, int(trip)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 
 from ..plant import Plant
-from ..rigs.sampling import in_steps
+from ..rigs.sampling import arriving, in_steps
 from .guard_coupling import COUPLED, coupled, told
 from .guard_rules import let_through, packed_state, parts, watched
 from .guard_shape import BESIDE, length, places
@@ -69,6 +69,22 @@ def _reading(value: ca.SX, noise: ca.SX, quantum: ca.SX) -> ca.SX:
     return in_steps(value + noise, quantum > 0, ca.if_else(quantum > 0, quantum, 1), ca.floor, ca.if_else)
 
 
+def watched_readings(
+    outputs: int, columns: Sequence[int], quanta: Sequence[float], watched: Sequence[int]
+) -> ca.Function:
+    """(outputs, noise [channels], middles [limits], sizes [limits]) -> what sensors of some `columns` say, in steps of
+    their `quanta`; then the number from 1 of the first limit that its output, one of `watched`, is beyond, or 0."""
+    y, noise, middles, sizes = (
+        ca.SX.sym(name, size)
+        for name, size in (("y", outputs), ("e", len(columns)), ("m", len(watched)), ("r", len(watched)))
+    )
+    readings = [_reading(y[column], noise[i], ca.SX(quanta[i])) for i, column in enumerate(columns)]
+    beyond = ca.SX(0)
+    for i, column in reversed(list(enumerate(watched))):
+        beyond = ca.if_else(ca.fabs(y[column] - middles[i]) <= sizes[i], beyond, i + 1)
+    return ca.Function("watched_readings", [y, noise, middles, sizes], [ca.vertcat(*readings, beyond)])
+
+
 def _law(shape: LawShape, s: Parts, r: Parts, q: Parts, readings: Sequence[Parts]) -> dict[str, ca.SX]:
     """The commands that the guards let through, what was demanded, the trips, and the law's state after. Where the
     guard of one jack trips, the others brake, too."""
@@ -119,7 +135,5 @@ def _arriving(shape: LawShape, line: ca.SX, sent: ca.SX, q: Parts) -> tuple[ca.S
     if shape.own_delays:  # of single jacks in lanes; the oldest command comes first
         taps = q["taps"][::-1]
         before, now = ca.dot(taps, line[:-1]), ca.dot(taps, line[1:])
-    if shape.interpolated:
-        mean = q["part"] * before + (1 - q["part"]) * now
-        return mean, mean, line[jacks:]
-    return (before if shape.split else now), now, line[jacks:]
+    arrives_inside = shape.split or shape.interpolated
+    return *arriving(before if arrives_inside else now, now, q["part"], shape.interpolated), line[jacks:]

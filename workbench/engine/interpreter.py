@@ -1,24 +1,11 @@
 """The back end that needs no compiler: an attempt run by CasADi's interpreter, lane after lane. The oracle in tests."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
+from .buffered import BufferedFunction
 from .jobs import Batch, Stepping
 from .rosenbrock import failed
-
-
-@dataclass(frozen=True)
-class _Turn:
-    """A function between fixed places; an attempt goes to and fro between a pair of them."""
-
-    source: np.ndarray
-    target: np.ndarray
-    buffer: Any
-    call: Callable[[], None]
 
 
 class InterpretedPlant:
@@ -33,22 +20,14 @@ class InterpretedPlant:
         self._n = outputs.numel_in(0)
         self._u, self._p = np.zeros(outputs.numel_in(1)), self._own.copy()
         self._tolerance = np.array([stepping.tolerance])
-        ping, pong = np.zeros(self._n + 3), np.zeros(self._n + 3)
-        self._turns = (self._bind(attempt, ping, pong), self._bind(attempt, pong, ping))
-        self._h = outputs
-        self._outputs = self._bind(outputs, np.zeros(self._n), np.zeros(outputs.numel_out(0)))
+        numbers, ping, pong = (self._u, self._p, self._tolerance), np.zeros(self._n + 3), np.zeros(self._n + 3)
+        self._turns = tuple(  # an attempt goes to and fro between a pair of places
+            BufferedFunction(attempt, source, *numbers, found=target) for source, target in ((ping, pong), (pong, ping))
+        )
+        self._h, self._look = outputs, BufferedFunction(outputs, np.zeros(self._n), *numbers)
 
     def __reduce__(self) -> tuple[object, ...]:
         return InterpretedPlant, self._made_of  # nothing stays in its places from call to call
-
-    def _bind(self, function: ca.Function, source: np.ndarray, target: np.ndarray) -> _Turn:
-        """The function with its arguments and result in fixed places: calling it copies nothing."""
-        buffer: Any
-        buffer, call = function.buffer()
-        for index, array in enumerate((source, self._u, self._p, self._tolerance)[: function.n_in()]):
-            buffer.set_arg(index, array.data)
-        buffer.set_res(0, target.data)
-        return _Turn(source, target, buffer, call)
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
@@ -98,9 +77,9 @@ class InterpretedPlant:
     def observe(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """See CompiledPlant.observe."""
         self._u[:], self._p[:] = u, self._own if p is None else p
-        self._outputs.source[:] = x
-        self._outputs.call()
-        return self._outputs.target.copy()
+        self._look.given[0][:] = x
+        self._look.evaluate()
+        return self._look.found.copy()
 
     def outputs(self, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
         """See CompiledPlant.outputs."""
@@ -116,16 +95,16 @@ class InterpretedPlant:
         are `most` at most."""
         n = self._n
         self._u[:], self._p[:] = u, p
-        start = self._turns[0].source
+        start = self._turns[0].given[0]
         start[:n] = x
         start[n:] = (duration, step, 0)
         attempts = 0.0
         while attempts < min(self._stepping.cap, most):
             for turn in self._turns:
-                turn.call()
-                left, step, attempts = turn.target[n:]
+                turn.evaluate()
+                left, step, attempts = turn.found[n:]
                 if left <= 0:
-                    return turn.target[:n].copy(), step, int(attempts)
+                    return turn.found[:n].copy(), step, int(attempts)
                 if failed(step):
                     return None, step, int(attempts)
         return None, step, int(attempts)

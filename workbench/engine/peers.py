@@ -5,13 +5,13 @@ interval, as a loop that writes a command every period demands.
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from scipy.integrate import ode, solve_ivp
 
 from ..plant import Plant
+from .buffered import BufferedFunction
 
 Peer = Callable[[Plant, np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
 
@@ -74,17 +74,11 @@ def _rates(plant: Plant) -> tuple[Callable[..., np.ndarray], Callable[..., np.nd
 
 
 def _buffered(function: ca.Function, shape: tuple[int, ...]) -> Callable[..., np.ndarray]:
-    x, u = np.zeros(function.numel_in(0)), np.zeros(function.numel_in(1))
-    flat = np.zeros(function.numel_out(0))
-    buffer: Any
-    buffer, call = function.buffer()
-    buffer.set_arg(0, x.data)
-    buffer.set_arg(1, u.data)
-    buffer.set_res(0, flat.data)
+    buffered = BufferedFunction(function)
 
-    def evaluate(state: np.ndarray, inputs: np.ndarray, _buffer: Any = buffer) -> np.ndarray:
-        x[:], u[:] = state, inputs
-        call()
-        return flat.reshape(shape, order="F").copy()
+    def evaluate(state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        buffered.given[0][:], buffered.given[1][:] = state, inputs
+        buffered.evaluate()
+        return buffered.found.reshape(shape, order="F").copy()
 
     return evaluate

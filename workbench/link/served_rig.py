@@ -7,8 +7,10 @@ from typing import Protocol
 import numpy as np
 
 from ..engine import DelayLine
+from ..engine.buffered import BufferedFunction
+from ..engine.instant import watched_readings
 from ..loop.sampled_loop import closing_parameters
-from ..loop.sensors import Disturbance, draws
+from ..loop.sensors import draws
 from ..rigs.limited import Limit
 from ..rigs.sampling import command_change
 from . import datagrams
@@ -44,17 +46,23 @@ class ServedRig:
         self.bench, self._seed, self._switched, self._draws = bench, seed, 0, noise
         self._engine = deepcopy(bench.engine)  # with places of its own for the thread that serves
         plant, channels = bench.plant, len(bench.channels)
-        self._columns = np.array([plant.output(name) for name in bench.channels], int)
-        self._sensors = Disturbance(bench.noise, bench.resolution)
+        columns, watched = (
+            [plant.output(name) for name in names]
+            for names in (bench.channels, [limit.signal for limit in bench.limits])
+        )
+        self._sense = BufferedFunction(
+            watched_readings(len(plant.outputs), columns, bench.resolution.tolist(), watched)
+        )
+        self.outputs, self._disturbed, self._middles, self._sizes = self._sense.given
+        self._middles[:] = [limit.middle for limit in bench.limits]
         self._drives = [(c.low, c.high, step) for c, step in zip(bench.commands, bench.rates.tolist(), strict=True)]
-        self._limits: list[tuple[int, float, float]] = []
         self._noise = self._drawn(self._draws(self._seed, self._switched))
         self._reading = bytearray(datagrams.reading(Reading(0, 0, 0, (0.0,) * channels)))
         self._values = np.frombuffer(self._reading, "<f8", channels, len(self._reading) - 8 * channels)
         self.condition, self.sequence, self.tick, self.flags, self.limited = OFF, 0, 0, 0, False
         self._trip = 0
         self.put_at(bench.start.x, bench.start.u)
-        self.outputs = self._engine.observe(self.x, self._u, self._p)
+        self._observe()
 
     @property
     def state(self) -> str:
@@ -84,16 +92,15 @@ class ServedRig:
         self._noise = self._drawn(self._draws(self._seed, self._switched))
         self._switched += 1
         self.sample()  # as a loop in simulation: one reading is thrown away
-        self._limits = [self._let_back(limit) for limit in self.bench.limits]
+        self._sizes[:] = [self._let_back(limit) for limit in self.bench.limits]
         self.sequence = self.tick = self.flags = 0
         self.condition = ON
         self.sample()
 
-    def _let_back(self, limit: Limit) -> tuple[int, float, float]:
-        """Column, middle and size of a limit: a rig that stands beyond it may be on there, and no further."""
-        column = self.bench.plant.output(limit.signal)
-        away = float(abs(self.outputs[column] - limit.middle))
-        return column, limit.middle, away + _FURTHER * limit.size if away > limit.size else limit.size
+    def _let_back(self, limit: Limit) -> float:
+        """The size of a limit: a rig that stands beyond it may be on there, and no further."""
+        away = float(abs(self.outputs[self.bench.plant.output(limit.signal)] - limit.middle))
+        return away + _FURTHER * limit.size if away > limit.size else limit.size
 
     def switch_off(self) -> None:
         """The drives close; a rig in lockstep runs on until the jack stands."""
@@ -123,14 +130,15 @@ class ServedRig:
 
     def sample(self) -> None:
         """Read all sensors now. Beyond a limit a rig that is on has tripped."""
-        self.outputs = true = self._engine.observe(self.x, self._u, self._p)
-        self._values[:] = self._sensors.in_steps(true[self._columns] + next(self._noise))
-        if self.condition == ON:
-            values = true.tolist()
-            for number, (column, middle, most) in enumerate(self._limits, 1):
-                if not abs(values[column] - middle) <= most:
-                    self.stop(number)
-                    break
+        self._observe()
+        self._disturbed[:] = next(self._noise)
+        self._sense.evaluate()
+        self._values[:] = self._sense.found[:-1]
+        if self.condition == ON and (limit := int(self._sense.found[-1])):
+            self.stop(limit)
+
+    def _observe(self) -> None:
+        self.outputs[:] = self._engine.observe(self.x, self._u, self._p)
 
     def reading(self) -> bytearray:
         """What the sensors said last, as a datagram, which is written anew each time."""

@@ -19,3 +19,12 @@ def command_change(
 ) -> Any:
     """By how much a drive's `command` changes for the demanded one: limited in size, and in a period by a `step`."""
     return least(step, most(-step, least(high, most(low, demanded)) - command))
+
+
+def arriving(before: Any, now: Any, part: Any, interpolated: bool) -> tuple[Any, Any]:
+    """What a plant holds for the first `part` of a period, in which the command `now` arrives after the one `before`,
+    and for the rest; their mean throughout where the drive is `interpolated`."""
+    if not interpolated:
+        return before, now
+    mean = part * before + (1 - part) * now
+    return mean, mean
