@@ -211,7 +211,7 @@ def test_stamps_that_were_rounded_until_they_repeat_are_even_again(tmp_path, per
     t = period * np.arange(3000)
     record = record_of(tmp_path, np.round(t, digits))
     assert record.t == pytest.approx(t, abs=1e-6)
-    assert any("stamps repeat, rounded to" in note for note in record.notes)
+    assert any(f"they agree with a row every {period:g} s" in note for note in record.notes)
 
 
 def test_stamps_that_repeat_in_no_even_way_are_refused_by_name(tmp_path):

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from made_links import at, jack_bench, served
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.commission import results, study
-from workbench.commands.commission.rounds import Found
+from workbench.commands.commission import page, results, study
+from workbench.commands.commission.rounds import again
 from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves
 from workbench.linear import equilibrium
 from workbench.link import client as client_module
@@ -352,11 +353,45 @@ def test_who_settled_the_goal_alone_stays_rather_than_who_did_not():
         (0.050, 0.049, 0.052, ""),
         (0.050, 0.040, 0.052, "with exact numbers 0.04 s would be in reach"),
         (0.050, 0.049, 0.070, "predicted 0.05 s, measured 0.07 s"),
-        (None, None, 0.070, "predicted never"),
+        (None, None, 0.070, "predicted not to settle"),
         (0.050, 0.049, None, "does not settle"),
     ],
 )
 def test_another_round_is_played_where_it_could_change_the_controller(predicted, exact, measured, reason):
-    found = Found(None, RIG, automatic(RIG, AS_DECLARED), predicted, exact)
-    told = found.again(measured)
+    told = again(predicted, measured, exact)
     assert reason in told if reason else told == ""
+
+
+def test_a_goal_that_was_played_smaller_is_judged_at_that_size(tmp_path, monkeypatch):
+    """At its full size it would trip, and never settle; exact numbers are asked about that size, too."""
+    asked = []
+
+    def exact(scenario, client):
+        asked.append(scenario.name)
+        return 0.095
+
+    smaller = SimpleNamespace(name="position-10mm-as-7mm")
+    run = SimpleNamespace(scenario=smaller, prediction={"settling_s": 0.1}, row={"settling_s": 0.099})
+    monkeypatch.setattr(study, "found_by", lambda *_: SimpleNamespace(spec=None, rig=RIG, exact=exact))
+    monkeypatch.setattr(study, "played_way", lambda *_: [run])
+    for name in ("campaign_in", "allowed", "wire_rig"):
+        monkeypatch.setattr(study, name, lambda *_: None)
+    spent, told = SimpleNamespace(rig=RIG, client=None), []
+    searches = SimpleNamespace(run=SimpleNamespace(dir=tmp_path), start=None, say=told.append, goal="position-10mm")
+    rounds, ended = study._rounds(spent, searches, None, None, {})
+    assert ([each.reason for each in rounds], rounds[0].exact, ended, told) == ([""], 0.095, None, [])
+    assert asked == ["position-10mm-as-7mm"]
+
+
+def test_the_report_says_once_what_both_rounds_made_smaller_and_never_only_of_what_settles_nowhere():
+    smaller = {"way": "found", "scenario": "position-100mm", "size": 0.034, "why": "speed above 0.6 m/s is foreseen"}
+    assert len(page._made_smaller({"smaller": [smaller, smaller, {**smaller, "way": "datasheet"}]})) == 2
+    (row,) = rows_of(automatic=(None, 0.0))
+    for between, shown in (((np.inf, None), "never"), ((0.3, None), "0.3 to never"), ((0.3, 0.4), "0.3 to 0.4")):
+        assert page._step({**row, "settling_s": {**row["settling_s"], "between": between}})[3] == shown
+    metrics = {"rows": [row], "verdict": "none", "effects": [], "rounds": [""], "way": "automatic", "ended": None}
+    told = page._verdict("position-10mm", metrics)
+    assert "no model: rules and small moves: not within 1 s (predicted " in told
+    assert "The records say that nothing is missing." in told
+    told = page._verdict("position-10mm", {**metrics, "verdict": "unknown"})
+    assert "The records say unknown: no known effect explains them." in told

@@ -161,10 +161,9 @@ def test_commission_uses_the_rig_as_found_where_the_time_ended_the_trace_that_fo
 
     monkeypatch.setattr(rounds, "trace_campaign", trace_campaign)
     monkeypatch.setattr(rounds.Searches, "designs", designs)
-    monkeypatch.setattr(rounds, "_predicted", lambda *_: 0.06)
     computing = Computing(600.0, clock)
     searches = rounds.Searches(None, "position-10mm", 1, SimpleNamespace(stage=stage), lambda _: None, computing)
-    found = rounds.found_by(tmp_path, searches, None, 1, RIG, lambda _, specs: specs[0])
+    found = rounds.found_by(tmp_path, searches, 1, RIG, lambda _, specs: specs[0])
     assert computing.cut == ["the trace of round 1"]
     assert not [name for name in fitted if "without-1" in name]
     assert sentence(found.answer).startswith("Not finished: ")

@@ -216,6 +216,18 @@ def test_services_in_one_folder_number_what_they_leave(tmp_path, monkeypatch):
     assert not metrics.exists()
 
 
+def test_a_service_that_is_stopped_before_it_serves_leaves_no_folder(tmp_path, monkeypatch):
+    from workbench.commands.serve import study
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "run_service", interrupted)
+    assert main(["serve", "jack-10t"]) == 130
+    assert not list(tmp_path.glob("out/serve*"))
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -225,7 +237,7 @@ def test_services_in_one_folder_number_what_they_leave(tmp_path, monkeypatch):
         (["serve", "jack-10t", "--bind", "0.0.0.0"], "give it a --token"),
         (["serve", "jack-10t", "--effects", "nowhere.toml"], "nowhere.toml"),
         (["serve", "hexapod", "--specimen", "1e7 N/m"], "serve a rig"),
-        (["serve", "jack-10t", "--specimen", "7 apples"], "apples"),
+        (["serve", "jack-10t", "--specimen", "7 apples"], '--specimen: unknown unit "apples"'),
         (["serve", "nothing"], "nothing"),
         (["drive", "first_loop", "--at", "tcp://x:1"], "write udp://HOST:PORT"),
         (["drive", "first_loop", "--at", "udp://127.0.0.1:9"], "no rig answers there"),

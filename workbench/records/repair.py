@@ -50,7 +50,7 @@ def continuous(t: np.ndarray) -> tuple[np.ndarray, list[str]]:
     even = (t[0] if t[0] == 0.0 or abs(first - t[0]) < period / 2 else first) + period * number
     if rounded == 0.0 or np.max(np.abs(first + period * number - t)) > _ROUNDED * rounded:
         return t, notes
-    said = f"stamps repeat, rounded to {rounded:.6g} s: taken as even, a row every {period:.6g} s, as they agree with"
+    said = f"stamps repeat, rounded to {rounded:.6g} s: taken as even: they agree with a row every {period:.6g} s"
     return even, [*notes, said]
 
 

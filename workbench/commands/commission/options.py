@@ -16,13 +16,18 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="the rig of the datasheet, with bounds: a bundled rig or a rig file")
     on_link(parser, required=True)
-    parser.add_argument("--minutes", type=float, default=10.0, metavar="M", help="longest time on the rig")
+    parser.add_argument(
+        "--minutes", type=float, default=10.0, metavar="M", help="longest time on the rig (default: 10)"
+    )
     parser.add_argument(
         "--computing", type=float, default=20.0, metavar="M",
-        help="longest CPU minutes that it computes, all processes together",
+        help="longest CPU minutes that it computes, all processes together (default: 20)",
     )  # fmt: skip
     parser.add_argument(
-        "--goal", default="position-10mm", metavar="SCENARIO", help="step that the search makes settle soonest"
+        "--goal",
+        default="position-10mm",
+        metavar="SCENARIO",
+        help="step that the search makes settle soonest (default: position-10mm)",
     )
     works(parser, cluster=False)
     computes(parser, _commission, rig=False)

@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...base.signals import SIGNALS
 from ...link.commissioning.allowed import is_of
 from ...link.commissioning.obstacles import told
-from ...link.commissioning.verify import SINE, SINES, responses
+from ...link.commissioning.verify import SINE, SINES, WATCHED, responses
 from ...report import Figure, Page, Section, Table
 from ...report.figures import FrequencyCurve, bode
 from ...rigs.rig import Rig
@@ -56,13 +58,14 @@ def commission_page(
 
 
 def _made_smaller(metrics: Mapping[str, Any]) -> list[str]:
-    """What limits made smaller, or left out, and why."""
-    return [
+    """What limits made smaller, or left out, and why; what both rounds did alike is said once."""
+    lines = (
         f"{each['way']}, {each['scenario']}: "
         + ("left out" if each["size"] is None else f"played at {1e3 * each['size']:.3g} mm")
         + f", since {each['why']} at its own size."
         for each in metrics["smaller"]
-    ]
+    )
+    return list(dict.fromkeys(lines))
 
 
 def barred_page(rig: Rig, metrics: Mapping[str, Any], figure: Figure) -> tuple[Page, Figure]:
@@ -86,8 +89,9 @@ def _verdict(goal: str, metrics: Mapping[str, Any]) -> str:
     words = f"{goal} settles, measured on the rig: {'; '.join(told)}." if told else f"{goal} was not played to its end."
     if rows.get("limit", {}).get("predicted") is not None:
         words += f" Physics allows {_seconds(rows['limit']['predicted'])}."
-    found = ", ".join(metrics["effects"]) or "no effect"
-    words += f" The records say {metrics['verdict']}: {found}." if metrics["rounds"] else f" {_untraced(metrics)}"
+    found = f"{metrics['verdict']}: {', '.join(metrics['effects']) or 'no known effect explains them'}"
+    found = "that nothing is missing" if metrics["verdict"] == "none" else found
+    words += f" The records say {found}." if metrics["rounds"] else f" {_untraced(metrics)}"
     words += f" controller.toml is the one {_STAYS[metrics['way']]}{_why(metrics)}."
     return words + (f" Playing was cut short: {metrics['ended']}." if metrics["ended"] else "")
 
@@ -118,7 +122,7 @@ def _rounds(metrics: Mapping[str, Any]) -> list[str]:
 
 
 def _seconds(value: float | None) -> str:
-    return "never" if value is None else f"{value:.3g} s"
+    return f"not within {WATCHED:g} s" if value is None else f"{value:.3g} s"
 
 
 def _whole(goal: str, metrics: Mapping[str, Any]) -> Table:
@@ -158,7 +162,8 @@ def _step(row: Mapping[str, Any]) -> list[Any]:
     settling, overshoot = row["settling_s"], row["overshoot_percent"]
     between = settling.get("between")
     if between is not None:
-        between = " to ".join("never" if end is None else f"{end:.3g}" for end in between)
+        ends = ["never" if end is None or end == np.inf else f"{end:.3g}" for end in between]
+        between = " to ".join(dict.fromkeys(ends))
     told = settling["predicted"], between, settling["measured"], overshoot["predicted"], overshoot["measured"]
     return [_SHORT[row["way"]], row["scenario"], *told]
 

@@ -39,14 +39,15 @@ _PAIR = ("predicted", "measured")
 @dataclass(frozen=True)
 class Results:
     """What came out: the goal, what small moves told, each way's controller and the plants that it was made for, how
-    they did, what was found, what the rounds left open and why they ended, what is in the way, and what there was no
-    time to compute."""
+    they did, what was found, what the goal would settle in [s] with exact numbers, what the rounds left open and why
+    they ended, what is in the way, and what there was no time to compute."""
 
     goal: str
     moves: SmallMoves
     ways: Mapping[str, Way]
     judged: Sequence[Judged]
     found: Found | None
+    exact: float | None
     reasons: Sequence[str]
     ended: str | None
     obstacles: Sequence[Obstacle]
@@ -74,7 +75,7 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
         "way": way,
         "rounds": list(results.reasons),
         "cut": list(results.cut),
-        "exact_s": found.exact if found else None,
+        "exact_s": results.exact,
         "obstacles": [asdict(each) for each in results.obstacles],
         "small_moves": asdict(results.moves),
         "dither": spent.dither and {"amplitude": spent.dither.amplitude, "frequency_hz": spent.dither.frequency},

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from ...base.trust import allow
 from ...control.controller_spec import ControllerSpec
@@ -12,8 +12,9 @@ from ...link.commissioning.computing import TRACES, Computing
 from ...link.commissioning.designs import exactly, searched_designs
 from ...link.commissioning.verify import foretold
 from ...link.judged import wire_rig
+from ...loop.conditions import Conditions
 from ...loop.rows import judge, linear_loops, loop_setup
-from ...loop.scenarios import SCENARIOS
+from ...loop.scenarios import Scenario
 from ...records import Record, load_campaign
 from ...records.excitation import Excitation, read_excitation
 from ...rigs.rig import Rig
@@ -35,34 +36,37 @@ _FURTHER = 2  # records that a plan gives
 
 @dataclass(frozen=True)
 class Found:
-    """What a round's records say, the rig as found, its controller, and what the goal would settle in [s] were its
-    numbers known exactly, predicted as `predicted` is; None where it would not."""
+    """What a round's records say, the rig as found, its controller, and the one that exact numbers would give."""
 
     answer: "TraceAnswer"
     rig: Rig
     spec: ControllerSpec
-    predicted: float | None
-    exact: float | None
+    known: ControllerSpec
 
     @property
     def explains(self) -> bool:
         """Whether the records are those of the rig as found, if not to the last of the noise."""
         return self.answer.verdict in ("named", "incomplete", "none")
 
-    def foretells(self, measured: float | None) -> bool:
-        """Whether the goal's settling [s], measured on the rig, is what was predicted."""
-        return foretold(self.predicted, measured)
+    def exact(self, scenario: Scenario, client: LinkClient) -> float | None:
+        """What a scenario would settle in [s] were the rig's numbers known exactly, in simulation with noise."""
+        setup = loop_setup(wire_rig(exactly(self.rig), client))
+        _, row = judge(self.known, scenario, setup, linear_loops(self.known, setup), Conditions().noise)
+        settling: float | None = row["settling_s"]
+        return settling
 
-    def again(self, measured: float | None) -> str:
-        """Why the records do not suffice, of the settling [s] measured on the rig; empty where they do."""
-        if measured is None:
-            return "the goal does not settle on the rig"
-        if not self.foretells(measured):
-            told = "never" if self.predicted is None else f"{self.predicted:.3g} s"
-            return f"predicted {told}, measured {measured:.3g} s"
-        if self.exact is not None and self.predicted is not None and self.exact < (1 - WORTH) * self.predicted:
-            return f"with exact numbers {self.exact:.3g} s would be in reach, not {self.predicted:.3g} s"
-        return ""
+
+def again(predicted: float | None, measured: float | None, exact: float | None) -> str:
+    """Why the records do not suffice, of the goal's settling [s] as it was played: predicted, measured on the rig, and
+    with exact numbers; empty where they do."""
+    if measured is None:
+        return "the goal does not settle on the rig"
+    if predicted is None or not foretold(predicted, measured):
+        told = "not to settle" if predicted is None else f"{predicted:.3g} s"
+        return f"predicted {told}, measured {measured:.3g} s"
+    if exact is not None and exact < (1 - WORTH) * predicted:
+        return f"with exact numbers {exact:.3g} s would be in reach, not {predicted:.3g} s"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ class Searches:
 Decide = Callable[[Rig, Sequence[ControllerSpec]], ControllerSpec]  # on one of the designs for a rig
 
 
-def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, declared: Rig, decide: Decide) -> Found:
+def found_by(folder: Path, searches: Searches, number: int, declared: Rig, decide: Decide) -> Found:
     """What the campaign in a folder says of a rig as it was `declared`, and the controller for it."""
     run, say = searches.run, searches.say
     say("asks what the records say that the datasheet does not")
@@ -103,10 +107,7 @@ def found_by(folder: Path, searches: Searches, client: LinkClient, number: int, 
     say("searches a controller for the rig as it was found")
     spec = decide(rig, searches.designs(rig, f"found-{number}"))
     say("searches what exact numbers would bring")
-    known = exactly(rig)
-    best = searches.designs(known, f"exact-{number}")[0]
-    predicted, exact = (_predicted(each, model, searches.goal, client) for each, model in ((spec, rig), (best, known)))
-    return Found(answer, rig, spec.named("found"), predicted, exact)
+    return Found(answer, rig, spec.named("found"), searches.designs(exactly(rig), f"exact-{number}")[0])
 
 
 def sentence(answer: "TraceAnswer") -> str:
@@ -147,14 +148,6 @@ def named_stage(run: Run, search: str) -> Stage:
         return run.stage(f"{search}-{name}", compute)
 
     return stage
-
-
-def _predicted(spec: ControllerSpec, rig: Rig, goal: str, client: LinkClient) -> float | None:
-    """What the goal settles in [s] in simulation, with noise."""
-    setup = loop_setup(wire_rig(rig, client))
-    _, row = judge(spec, SCENARIOS[goal], setup, linear_loops(spec, setup), 1)
-    settling: Any = row["settling_s"]
-    return settling
 
 
 def _few(progress: Progress) -> Progress:

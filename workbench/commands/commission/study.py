@@ -20,7 +20,17 @@ from ...link.commissioning.motions import doubted, standard_records
 from ...link.commissioning.obstacles import Barred, obstacles
 from ...link.commissioning.relay import lets_go, relay_ways
 from ...link.commissioning.rig_time import RigTime
-from ...link.commissioning.verify import SINE, SINES, STEPS, Way, played_way, settling_of
+from ...link.commissioning.verify import (
+    SINE,
+    SINES,
+    STEPS,
+    Way,
+    foretold,
+    goal_of,
+    played_way,
+    predicted_of,
+    settling_of,
+)
 from ...link.joined import joined
 from ...link.judged import Judged, wire_rig
 from ...loop.automatic import automatic
@@ -31,7 +41,7 @@ from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress
 from ..common.run_folder import Run
 from .results import Results, barred_outcome, outcome
-from .rounds import Found, Searches, campaign_in, found_by, further
+from .rounds import Found, Searches, again, campaign_in, found_by, further
 
 _ROUNDS = 2
 
@@ -90,7 +100,8 @@ def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) 
     found, reasons = best and best.found, [each.reason for each in rounds]
     verdict, effects = (found.answer.verdict, found.answer.effects) if found else ("", ())
     barred = obstacles(judged, wanted.goal, verdict, effects, rest, records.values(), spent.dither)
-    return Results(wanted.goal, moves, ways, judged, found, reasons, ended, barred, spent.computing.cut)
+    exact = best and best.exact
+    return Results(wanted.goal, moves, ways, judged, found, exact, reasons, ended, barred, spent.computing.cut)
 
 
 def _stable(plants: Allowed, law: ControllerSpec, spent: RigTime, say: Progress) -> ControllerSpec:
@@ -105,11 +116,13 @@ def _stable(plants: Allowed, law: ControllerSpec, spent: RigTime, say: Progress)
 
 @dataclass(frozen=True)
 class _Round:
-    """What a round found, its controller, what that did on the rig, and what it left open."""
+    """What a round found, its controller, what that did on the rig, what the goal would settle in [s] were the rig's
+    numbers known exactly, and what it left open."""
 
     found: Found
     way: Way
     judged: list[Judged]
+    exact: float | None
     reason: str
 
 
@@ -127,11 +140,13 @@ def _rounds(
             folder = run.dir / ("campaign" if number == 1 else f"campaign-{number}")
             campaign_in(folder, rig, spent.client, rest, records, heldout)
             decide = partial(rig_decides, spent, goal=searches.goal, number=number, say=say)
-            found = found_by(folder, searches, spent.client, number, rig, decide)
+            found = found_by(folder, searches, number, rig, decide)
             way = Way(found.spec, allowed(wire_rig(found.rig, spent.client)))
             judged = played_way(spent, "found", way, (*STEPS, *SINES), say, number)
-            reason = found.again(settling_of(judged, searches.goal))
-            done.append(_Round(found, way, judged, reason))
+            goal = goal_of(judged, searches.goal)
+            exact = goal and found.exact(goal.scenario, spent.client)
+            reason = again(goal and goal.prediction["settling_s"], goal and goal.row["settling_s"], exact)
+            done.append(_Round(found, way, judged, exact, reason))
             if not reason or number == _ROUNDS:
                 break
             if spent.computing.over(AGAIN, "another round")():
@@ -155,7 +170,8 @@ def _best(rounds: Sequence[_Round], goal: str) -> _Round | None:
 
     def rank(each: _Round) -> tuple[bool, float]:
         measured = settling_of(each.judged, goal)
-        return not each.found.foretells(measured), np.inf if measured is None else measured
+        held = foretold(predicted_of(each.judged, goal), measured)
+        return not held, np.inf if measured is None else measured
 
     return min(reversed(rounds), key=rank, default=None)
 

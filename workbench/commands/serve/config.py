@@ -82,4 +82,8 @@ def _at_rate(rig: Rig, rate: float) -> Rig:
 def _on_specimen(rig: Rig, specimen: str) -> Rig:
     if specimen in RIG_SET:
         return replace(variation(rig, specimen), name=rig.name)
-    return rig.with_values(ks=quantity(specimen, "N/m"))
+    try:
+        return rig.with_values(ks=quantity(specimen, "N/m"))
+    except InputError as error:
+        sets = ", ".join(name for name in RIG_SET if name.startswith("stiffness"))
+        raise InputError(f"--specimen: {error}; or name one of a rig set: {sets}") from None

@@ -1,6 +1,7 @@
 """`jackbench serve RIG`: its arguments."""
 
 import argparse
+import shutil
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
@@ -45,8 +46,14 @@ def _serve(options: argparse.Namespace, words: list[str]) -> None:
 
     identity = {"command": "serve", "rig": rig.table(), "seed": wanted.seed, "lockstep": wanted.lockstep}
     name = f"serve-{rig.name}"
-    options.out = options.out or (None if options.force else _free_folder(name))
-    finish(options, words, name, identity, partial(run_service, rig, wanted))
+    own = None if options.out or options.force else _free_folder(name)
+    options.out = options.out or own
+    try:
+        finish(options, words, name, identity, partial(run_service, rig, wanted))
+    except KeyboardInterrupt:  # before it served, or a second one after: there is nothing to resume
+        if own is not None:
+            shutil.rmtree(_at_work(own), ignore_errors=True)
+        raise
 
 
 def _free_folder(name: str) -> Path:
@@ -55,12 +62,16 @@ def _free_folder(name: str) -> Path:
     return next(out for each in names if _claimed(out := Path("out", each)))
 
 
+def _at_work(out: Path) -> Path:
+    return out.with_name(f"{out.name}.partial")
+
+
 def _claimed(out: Path) -> bool:
     """Whether nobody was there; what else is wrong with the place, the run says in words."""
     if out.exists():
         return False
     try:
-        out.with_name(f"{out.name}.partial").mkdir(parents=True)
+        _at_work(out).mkdir(parents=True)
     except FileExistsError:
         return False
     except OSError:

@@ -26,7 +26,7 @@ SINES = tuple(name for name in SCENARIOS if name.startswith("position-sine-"))
 """Of the bode plot, slowest first."""
 STEPS = ("position-1mm", "position-10mm", "position-100mm")
 _ELSEWHERE = "position-10mm"
-_WATCHED = 1.0  # s of a step
+WATCHED = 1.0  # s of a step
 _SLOWEST = 0.1  # Hz, that stiffness is looked at from
 CLOSE = 0.15  # by which a predicted settling may be off the measured one
 _OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searched for 5 %
@@ -99,14 +99,21 @@ def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, 
     return spent.course(name, "verification", spec, scenario.reference(t), start)
 
 
+def goal_of(judged: Sequence[Judged], goal: str) -> Judged | None:
+    """The goal as it was played, at its own size or smaller; None where it was not."""
+    return next((each for each in judged if is_of(each.scenario.name, goal)), None)
+
+
 def settling_of(judged: Sequence[Judged], goal: str) -> float | None:
     """What the goal settled in [s], measured; None where it did not, or was not played."""
-    return next((each.row["settling_s"] for each in judged if is_of(each.scenario.name, goal)), None)
+    own = goal_of(judged, goal)
+    return own and own.row["settling_s"]
 
 
 def predicted_of(judged: Sequence[Judged], goal: str) -> float | None:
     """What the goal was to settle in [s]; None where it was not to, or was not played."""
-    return next((each.prediction["settling_s"] for each in judged if is_of(each.scenario.name, goal)), None)
+    own = goal_of(judged, goal)
+    return own and own.prediction["settling_s"]
 
 
 def foretold(predicted: float | None, measured: float | None) -> bool:
@@ -204,7 +211,7 @@ def _places(names: Sequence[str], rig: Rig) -> Iterator[Scenario]:
 
 
 def _watched(scenario: Scenario) -> Scenario:
-    return scenario if scenario.frequency else replace(scenario, duration=min(scenario.duration, _WATCHED))
+    return scenario if scenario.frequency else replace(scenario, duration=min(scenario.duration, WATCHED))
 
 
 def _fits(scenario: Scenario, rig: Rig) -> bool:
