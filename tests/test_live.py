@@ -254,8 +254,7 @@ def test_what_is_remembered_of_moves_does_not_grow(session, at_rest):
 
 
 def test_machine_code_is_kept_of_the_latest_structures_alone(monkeypatch):
-    monkeypatch.setattr(object_cache, "_RECENT", {})
-    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    monkeypatch.setattr(object_cache._RECENT, "room", 0)
     session = Session(load_live(EXPERIMENTS / "position_mpc.toml"))
 
     def looked_at(horizons):
@@ -269,11 +268,22 @@ def test_machine_code_is_kept_of_the_latest_structures_alone(monkeypatch):
     looked_at([10])  # what every horizon needs
     first = looked_at(range(11, 15))
     assert len(first) >= 4
-    for kept in (kernel._code, kernel._graph, law._filled, law._shared_graphs):  # each has the latest 64
-        assert kept.cache_info().maxsize <= 64
-        kept.cache_clear()
+    for latest in (kernel._code, kernel._graph):
+        assert latest.cache_info().maxsize <= 64
+        latest.cache_clear()
+    for kept in (law._FILLED, law._SHARED):
+        monkeypatch.setattr(kept, "room", 0)
     looked_at(range(15, 19))
     assert not first & set(object_cache._LOADED)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_laws_of_a_hundred_states_are_kept_as_far_as_they_find_room():
+    session, most = Session(load_live(EXPERIMENTS / "benchmark.toml")), []
+    for delay in (80, 79, 78, 77, 76, 75):  # [ms], each of them a state
+        session.view({"controller": "lqg", "scenario": "position-10mm", "numbers": {"delay": delay}, "rig": {}})
+        most.append(resident())
+    assert most[-1] - most[2] < 10  # MB; each has 15
 
 
 class AtRandom:

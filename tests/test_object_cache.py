@@ -69,8 +69,7 @@ def called(library: object_cache.Library, name: str, x: float) -> float:
 @pytest.mark.usefixtures("fresh_cache")
 def test_code_stays_in_memory_as_long_as_it_is_held_or_of_the_latest(monkeypatch) -> None:
     held = library(_ADDS, "add", 1)
-    monkeypatch.setattr(object_cache, "_RECENT", {})
-    monkeypatch.setattr(object_cache, "_KEPT", 3.5 * held.size)
+    monkeypatch.setattr(object_cache._RECENT, "room", 3.5 * held.size)
     others = {number: ref(library(_ADDS, "add", number)) for number in range(2, 22)}
     assert [number for number, other in others.items() if other()] == [19, 20, 21]
     library(_ADDS, "add", 19)  # asked for again
@@ -82,8 +81,7 @@ def test_code_stays_in_memory_as_long_as_it_is_held_or_of_the_latest(monkeypatch
 
 @pytest.mark.usefixtures("fresh_cache")
 def test_code_that_other_code_calls_stays_with_it(monkeypatch) -> None:
-    monkeypatch.setattr(object_cache, "_RECENT", {})
-    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    monkeypatch.setattr(object_cache._RECENT, "room", 0)
     adds = library(_ADDS, "add", 5)
     object_cache.provide("add_5", adds)
     twice, within = library(_TWICE, "twice", 5), ref(adds)
@@ -97,7 +95,7 @@ def test_code_that_other_code_calls_stays_with_it(monkeypatch) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 @pytest.mark.usefixtures("fresh_cache")
 def test_what_was_compiled_leaves_no_memory_behind(monkeypatch) -> None:
-    monkeypatch.setattr(object_cache, "_KEPT", 0)
+    monkeypatch.setattr(object_cache._RECENT, "room", 0)
     most = []
     for number in range(60):
         adds = (f"  %y{k} = fadd double %x, {number}.{k:04}" for k in range(2000))

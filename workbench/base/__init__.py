@@ -10,6 +10,7 @@ checkpoint      stages of a long computation, and progress
 trust, private_files, private_cache    code that comes with data, and whether it may run; where a user keeps things, and
                 what a later start need not compute again
 contained       readers of foreign files in a process with limits
+recent          what was asked for last, as far as it finds room
 cores, process_pool    processors, and worker processes that share them
 cluster, installation  worker processes of other machines, and what has to be the same there
 desktop         a page in the browser of this machine

@@ -12,12 +12,13 @@ sampled_law), slopes at any operating point (`linearised`), and code for a card 
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.recent import Recent
 from ..linear.state_space import StateSpace
 
 if TYPE_CHECKING:
@@ -204,9 +205,12 @@ class LinearLaw:
         return StateSpace(a, b, self.c[None], self.d[None], period, ["reference", *measures], ["command"])
 
 
-@lru_cache(maxsize=64)  # each loop of a law asks again
 def _filled(law: Law, states: int) -> Law:
     """A linear law by its matrices, with further states that are always 0."""
+    return _FILLED.get((law, states), lambda: _with_states(law, states))  # each loop of a law asks again
+
+
+def _with_states(law: Law, states: int) -> Law:
     import casadi as ca
 
     own, more = law.matrices, (0, states - law.states)
@@ -291,7 +295,11 @@ def static_law(gains: Sequence[float], measures: tuple[str, ...], period: float)
 def law_graphs(output: Output, advance: Output, sizes: tuple[int, int, int], key: Hashable) -> "LawGraphs":
     """Graphs of two functions on symbols, of so many states, signals and numbers; shared by those of one key."""
     functions = _Keyed(key, output, advance)
-    return _graphs(functions, sizes) if key is None else _shared_graphs(functions, sizes)
+    return (
+        _graphs(functions, sizes)
+        if key is None
+        else _SHARED.get((functions, sizes), partial(_graphs, functions, sizes))
+    )
 
 
 @dataclass(frozen=True)
@@ -301,11 +309,6 @@ class _Keyed:
     key: Hashable
     output: Output = field(compare=False)
     advance: Output = field(compare=False)
-
-
-@lru_cache(maxsize=64)
-def _shared_graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
-    return _graphs(functions, sizes)
 
 
 def _graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
@@ -319,6 +322,17 @@ def _graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
         ca.Function("output", [x, s, o, q], [ca.densify(ca.SX(functions.output(x, s, o, q)))]),
         ca.Function("advance", [x, s, v, o, q], [ca.densify(ca.SX(functions.advance(x, s, v, o, q)))]),
     )
+
+
+_ROOM = 200_000  # instructions of graphs, a tenth of a kilobyte each, that stay though nobody holds them
+
+
+def _size(graphs: "LawGraphs") -> int:
+    return max(graphs.instructions, _ROOM // 64)  # so that no more than so many stay
+
+
+_SHARED: "Recent[tuple[_Keyed, tuple[int, int, int]], LawGraphs]" = Recent(_ROOM, _size)
+_FILLED: Recent[tuple[Law, int], Law] = Recent(_ROOM, lambda law: _size(law.graphs))
 
 
 def parted(vector: "ca.SX", sizes: Mapping[str, int]) -> SimpleNamespace:

@@ -1,12 +1,14 @@
 """Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
 from copy import copy, deepcopy
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import casadi as ca
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.recent import Recent
 from ..plant import Plant
 from .backend import NotCompiled, compile_plant
 from .delay_line import Arriving
@@ -26,7 +28,7 @@ TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
 RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has taken more than these has failed
-_LAWS = 32  # whose machine code an engine holds
+_LAWS = 16e6  # bytes of the machine code of laws that an engine holds
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
 
@@ -48,17 +50,16 @@ class Engine:
         self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
-        self._laws: dict[LawShape, SampledLaw] = {}  # the latest at the end
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the addresses of laws, which are of this process."""
-        return self.__dict__ | {"_laws": {}}
+        return {name: value for name, value in self.__dict__.items() if name != "_laws"}
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Engine":
         """With a back end of its own, which has places for one call at a time; the plant is shared, and so are laws as
         far as they are there."""
         other = copy(self)
-        other._runs, other._laws = deepcopy(self._runs, memo), dict(self._laws)
+        other._runs = deepcopy(self._runs, memo)
         return other
 
     def __repr__(self) -> str:
@@ -174,11 +175,11 @@ class Engine:
         """Of those that it has made the latest stay."""
         from .sampled_code import compile_law
 
-        law = self._laws.pop(shape, None) or compile_law(self.plant, shape)
-        self._laws[shape] = law
-        for oldest in list(self._laws)[:-_LAWS]:  # another thread may be here too
-            self._laws.pop(oldest, None)
-        return law
+        return self._laws.get(shape, lambda: compile_law(self.plant, shape))
+
+    @cached_property
+    def _laws(self) -> "Recent[LawShape, SampledLaw]":
+        return Recent(_LAWS, lambda law: law.single.size + law.block.size)
 
     def check_pace(self, attempts: int, seconds: float) -> None:
         """Raises InputError for so many attempts of a run that failed within so many seconds, where it was given up:

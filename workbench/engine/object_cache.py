@@ -14,9 +14,8 @@ from weakref import WeakValueDictionary, finalize
 import llvmlite.binding as llvm
 
 from ..base.private_cache import store, stored
+from ..base.recent import Recent
 from .vector_math import LIBM
-
-_KEPT = 32_000_000  # bytes of code that stay in memory though nobody holds them
 
 
 class Library:
@@ -50,7 +49,7 @@ def _unload(tracker: llvm.ResourceTracker, jit: llvm.LLJIT) -> None:
 
 _LOADED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by key
 _PROVIDED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by a function that other code calls
-_RECENT: dict[str, Library] = {}  # what was asked for last, of `_KEPT` bytes at most, the latest at the end
+_RECENT = Recent[str, Library](32e6, lambda library: library.size)  # bytes that stay though nobody holds them
 _ONE_AT_A_TIME = Lock()
 
 
@@ -66,15 +65,8 @@ def load(key: Sequence[str], write: Callable[[], str], names: Sequence[str], opt
             name = f"{digest}.o"
             library = Library(stored(name) or store(name, _compile(write(), optimised)), names)
         _LOADED[digest] = library
-        _keep(digest, library)
+        _RECENT.keep(digest, library)
     return library
-
-
-def _keep(digest: str, library: Library) -> None:
-    _RECENT.pop(digest, None)
-    _RECENT[digest] = library
-    while sum(each.size for each in _RECENT.values()) > _KEPT:
-        del _RECENT[next(iter(_RECENT))]
 
 
 def provide(name: str, library: Library) -> None:

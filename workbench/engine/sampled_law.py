@@ -5,6 +5,7 @@ Its numbers are parameters, so that other gains, rigs, limits and noise need no 
 
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 
 import casadi as ca
 
@@ -25,7 +26,7 @@ class LawGraphs:
 
     def __init__(self, output: ca.Function, advance: ca.Function) -> None:
         self.output, self.advance = output, advance
-        self._text = output.serialize() + advance.serialize()
+        self._digest = sha256((output.serialize() + advance.serialize()).encode()).digest()
 
     @property
     def states(self) -> int:
@@ -36,6 +37,11 @@ class LawGraphs:
     def numbers(self) -> int:
         """How many."""
         return self.output.size1_in(3)
+
+    @property
+    def instructions(self) -> int:
+        """How many it takes: how large it is."""
+        return self.output.n_instructions() + self.advance.n_instructions()
 
     @property
     def calls(self) -> bool:
@@ -66,10 +72,10 @@ class LawGraphs:
         return symbols, tuple(ca.jacobian(y, of) for y, of in pairs)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, LawGraphs) and self._text == other._text
+        return isinstance(other, LawGraphs) and self._digest == other._digest
 
     def __hash__(self) -> int:
-        return hash(self._text)
+        return hash(self._digest)
 
     def __repr__(self) -> str:
         return f"<LawGraphs of {self.states} states, {self.numbers} numbers>"
