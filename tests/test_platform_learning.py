@@ -27,7 +27,7 @@ from workbench.loop.platform.learning import (
 from workbench.loop.platform.measured import (
     REALIZATIONS,
     MatrixResponse,
-    SixSines,
+    Multisine,
     averaged,
     matrix_response,
     measured_response,
@@ -257,11 +257,11 @@ def test_a_small_motion_is_answered_as_the_linear_loop_says():
     """Without noise, well below the lap of the lands: the measured response is that of the linearised platform."""
     config = load_any(EXPERIMENTS / "learn_platform.toml")
     assert isinstance(config, PlatformLearnConfig)
-    setup = platform_setup(config.record.rig, config.delay)
+    setup = platform_setup(config.record.rig, config.record.delay)
     player = RepeatedMotion.of(config.controller, setup, None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("workbench.loop.platform.measured.REALIZATIONS", 2)
-        measured = measured_response(setup, player.controller, SixSines(1e-4, (2.0, 30.0), 1.0, 8), None)
+        measured = measured_response(setup, player.controller, Multisine(1e-4, (2.0, 30.0), 1.0, 8), None)
     linear = player.transfer(measured.f)
     assert linear is not None
     assert np.abs(measured.response - linear).max() < 0.05

@@ -20,6 +20,7 @@ from .hello import CommandRange
 
 SIMULATION_FAILED = "the simulation failed"
 _LEAVES = {"position": "stroke", "velocity": "speed limit", "force": "force limit"}
+AtRest = tuple[Engine, Equilibrium, Callable[[np.ndarray], Equilibrium]]  # and the point where a state [n] stands
 
 
 @dataclass(frozen=True)
@@ -56,50 +57,43 @@ class Bench:
 def bench(rig: Rig | Platform, computes: bool, ideal: bool = False) -> Bench:
     """A rig or a platform at rest. Where it `computes`, a command acts after the rig's computing delay; `ideal` is
     without that, and without noise and resolution. Raises InputError."""
-    if isinstance(rig, Platform):
-        return _platform_bench(rig, computes and not ideal, ideal)
-    delay = rig.computing_delay.value if computes and not ideal else 0.0
+    whole = isinstance(rig, Platform)
+    legs = [(f"leg{i}.", leg.rig) for i, leg in enumerate(rig.legs, 1)] if whole else [("", rig)]
+    first = legs[0][1]
+    delay = first.computing_delay.value if computes and not ideal else 0.0
+    engine, start, rest = _platform_at_rest(rig, delay) if whole else _at_rest(rig, delay)
+    sensors = {f"{at}{name}": sensor for at, own in legs for name, sensor in own.sensors.items()}
+    outputs = engine.plant.outputs
+    names = tuple(name for name in outputs if name in sensors)
+    return Bench(
+        name=rig.name,
+        engine=engine,
+        period=first.period.value,
+        start=start,
+        rest=rest,
+        commands=tuple(_range(own, f"{at}command") for at, own in legs),
+        rates=np.array([own.limit("command_rate") * own.period.value for _, own in legs]),
+        channels=names,
+        noise=np.array([0.0 if ideal else sensors[name].noise for name in names]),
+        resolution=np.array([0.0 if ideal else sensors[name].resolution for name in names]),
+        limits=tuple(limit for at, own in legs for limit in _limits(own, outputs, at)),
+        shut_off=None if whole else first.shut_off,
+    )
+
+
+def _at_rest(rig: Rig, delay: float) -> AtRest:
     engine = Engine(build(with_delay(rig, delay)), brief=True)
     plant = engine.plant
     if "command" not in [variable.name for variable in plant.inputs]:
         raise InputError(f"rig {rig.name}: has no command to serve; name a rig with a valve or a pump")
-    names = tuple(name for name in plant.outputs if name in rig.sensors)
-    return Bench(
-        name=rig.name,
-        engine=engine,
-        period=rig.period.value,
-        start=equilibrium(plant),
-        rest=lambda x: equilibrium(plant, position=float(x[plant.state("x")])),
-        commands=(_range(rig, "command"),),
-        rates=np.array([rig.limit("command_rate") * rig.period.value]),
-        channels=names,
-        noise=np.array([0.0 if ideal else rig.sensors[name].noise for name in names]),
-        resolution=np.array([0.0 if ideal else rig.sensors[name].resolution for name in names]),
-        limits=_limits(rig, plant.outputs),
-        shut_off=rig.shut_off,
-    )
+    return engine, equilibrium(plant), lambda x: equilibrium(plant, position=float(x[plant.state("x")]))
 
 
-def _platform_bench(platform: Platform, computes: bool, ideal: bool) -> Bench:
-    delay = platform.legs[0].rig.computing_delay.value if computes else 0.0
+def _platform_at_rest(platform: Platform, delay: float) -> AtRest:
     setup = platform_setup(platform, delay)
-    plant, legs = setup.engine.plant, [(f"leg{i + 1}.", leg.rig) for i, leg in enumerate(platform.legs)]
-    sensors = {f"{at}{name}": sensor for at, rig in legs for name, sensor in rig.sensors.items()}
-    names = tuple(name for name in plant.outputs if name in sensors)
-    first = [state.name for state in plant.states].index(AXES[0])
-    return Bench(
-        name=platform.name,
-        engine=setup.engine,
-        period=platform.period,
-        start=setup.null,
-        rest=lambda x: platform_equilibrium(plant, x[first : first + LEGS]),
-        commands=tuple(_range(leg.rig, f"leg{i + 1}.command") for i, leg in enumerate(platform.legs)),
-        rates=platform.limits("command_rate") * platform.period,
-        channels=names,
-        noise=np.array([0.0 if ideal else sensors[name].noise for name in names]),
-        resolution=np.array([0.0 if ideal else sensors[name].resolution for name in names]),
-        limits=tuple(limit for at, rig in legs for limit in _limits(rig, plant.outputs, at)),
-    )
+    plant = setup.engine.plant
+    first = plant.state(AXES[0])
+    return setup.engine, setup.null, lambda x: platform_equilibrium(plant, x[first : first + LEGS])
 
 
 def _range(rig: Rig, name: str) -> CommandRange:

@@ -173,8 +173,7 @@ def row(
     deviation. The residual oscillation is that of `calm`, the same run without noise, which would pass for hunting.
     """
     signals, t = run.record.signals, run.record.t
-    command, closed, f = signals["command"], loops.null.closed, loops.null.f
-    band = settling_band(setup.rig, scenario.signal, scenario.size)
+    command, band = signals["command"], settling_band(setup.rig, scenario.signal, scenario.size)
     return {
         "controller": spec.name,
         "rig": setup.rig.name,
@@ -186,9 +185,7 @@ def row(
         "residual_oscillation": _residual(scenario, calm),
         "stable": loops.stable,
         "tripped": run.tripped,
-        "f3db_hz": None if closed is None else corner_frequency(f, gain_db(closed), -3.0),
-        "f90_hz": None if closed is None else corner_frequency(f, phase_deg(closed), -90.0),
-        "peak_db": None if closed is None else float(gain_db(closed).max()),
+        **closed_numbers(loops.null.f, loops.null.closed),
         "gain_margin_db": loops.worst(min, "gain_margin_db"),
         "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
         "ms": loops.worst(max, "ms"),
@@ -198,6 +195,15 @@ def row(
         "rms_error": _followed(scenario, run),
         **({"slowed": scenario.slowed} if scenario.slowed != 1 else {}),
     }
+
+
+def closed_numbers(f: np.ndarray, closed: np.ndarray | None) -> dict[str, float | None]:
+    """Corners [Hz] and peak [dB] of a closed loop, complex [k] at f [k] Hz; None of an unstable one."""
+    if closed is None:
+        return dict.fromkeys(("f3db_hz", "f90_hz", "peak_db"))
+    gain = gain_db(closed)
+    corners = corner_frequency(f, gain, -3.0), corner_frequency(f, phase_deg(closed), -90.0)
+    return {"f3db_hz": corners[0], "f90_hz": corners[1], "peak_db": float(gain.max())}
 
 
 def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, float | None]:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from ..rigs.platform.kinematics import rotation_rows
+from ..rigs.platform.platform import HALVES, leg_masses
 from .assembly import Assembly
 
 
@@ -43,13 +45,8 @@ class LegMotion:
 
 def rotation_of(roll: ca.SX, pitch: ca.SX, yaw: ca.SX) -> ca.SX:
     """Rz(yaw) Ry(pitch) Rx(roll), as kinematics.rotation."""
-    (cr, sr), (cp, sp), (cy, sy) = ((ca.cos(angle), ca.sin(angle)) for angle in (roll, pitch, yaw))
-    rows = (
-        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        (-sp, cp * sr, cp * cr),
-    )
-    return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+    cosines, sines = ([of(angle) for angle in (roll, pitch, yaw)] for of in (ca.cos, ca.sin))
+    return ca.vertcat(*(ca.horzcat(*row) for row in rotation_rows(cosines, sines)))
 
 
 def angle_rates(pitch: ca.SX, yaw: ca.SX, turning: ca.SX) -> ca.SX:
@@ -69,17 +66,13 @@ def leg_motion(b: Assembly, leg: str, pose: Pose, free: bool = False) -> LegMoti
     speed = ca.dot(along, velocity)
     across = velocity - speed * along
     squared = ca.sumsqr(across)
-    rod, reach = b[f"{leg}.rod_mass"], length - b[f"{leg}.rod_centre"]
-    cylinder, centre = b[f"{leg}.cylinder_mass"], b[f"{leg}.cylinder_centre"]
-    turning_inertia = b[f"{leg}.cylinder_inertia"] + cylinder * centre**2 + b[f"{leg}.rod_inertia"]
-    mu = (turning_inertia + rod * reach**2) / length**2
-    slope = 2 * (rod * reach / length - mu) / length
+    rod = b[f"{leg}.rod_mass"]
+    mu, slope, share = leg_masses({name: b[f"{leg}.{name}"] for name in HALVES}, length)
     turned = ca.cross(pose.turning, ca.cross(pose.turning, arm))
     axial = 0 if free else rod
     beside = 0 if free else (rod - mu) / length - slope / 2
     bias = slope * speed * across + beside * squared * along
     down = ca.vertcat(0, 0, -b["gravity"])
-    share = (cylinder * centre + rod * reach) / length
     weight = share * down + (axial - share) * ca.dot(along, down) * along
     mass = mu * ca.SX.eye(3) + (axial - mu) * (along @ along.T)
     return LegMotion(arm, along, length, velocity, speed, mass, turned, bias, weight, squared / length)

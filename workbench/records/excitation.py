@@ -92,6 +92,16 @@ def chirp(
     return _at_peak(wave - wave.mean() / bump.mean() * bump, amplitude)
 
 
+@dataclass(frozen=True)
+class Multisine:
+    """What measures a response: largest value, SI; band [Hz], seconds of a period, number of lines, falling as 1/f."""
+
+    amplitude: float
+    band: tuple[float, float]
+    seconds: float
+    lines: int
+
+
 def multisine(
     amplitude: float,
     seconds: float,

@@ -15,7 +15,7 @@ from ...report.table import Cell
 from ..common.sheet_page import sheet_page
 from .config import CapabilityAsked, DriveAsked
 from .found import Found
-from .pictures import LENGTH, force_picture, motions, speeds, tripartite
+from .pictures import LENGTH, followed_curves, force_picture, motions, reached_curves, speeds, tripartite
 
 _HOW = (
     "A sine of the position at mid stroke, by the model: its force by the linear model of what the jack carries, the "
@@ -62,14 +62,9 @@ def _picture(asked: CapabilityAsked, found: Found) -> Figure:
     more: list[Curve] = []
     if found.followed is not None and found.loop is not None:
         name, own = found.loop.name, found.followed
-        more.append(speeds(f"{name}, amplitude within 5 %", own.f, own.amplitude, "points"))
-        more.append(speeds(f"{name}, error within 5 %", own.f, own.error, "points"))
+        more += followed_curves(name, own)
         more.append(speeds(f"{name} with amplitude and phase control", own.f, own.control, "points"))
-    for there, name in ((True, "reached on the engine"), (False, "not reached")):
-        points = [each for each in found.reached if each.there == there]
-        if points:
-            f, size = (np.array([getattr(each, key) for each in points]) for key in ("f", "amplitude"))
-            more.append(speeds(name, f, size, "markers"))
+    more += reached_curves(found.reached)
     more += [speeds(f"measured, {name}", sines[:, 0], sines[:, 1], "markers") for name, sines in found.measured.items()]
     note = f"shares of the envelope that were played: {', '.join(f'{share:g}' for share in SHARES)}"
     title = f"Largest sines of {asked.rig.name}"

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loop.performance.bounds import Envelope
+from ...loop.performance.followed import Followed
+from ...loop.performance.reached import Reached
 from ...report import Curve, Figure, Panel, Style
 
 _DEEP = 1e-3  # of the largest speed, down to which a picture goes
@@ -67,6 +69,23 @@ def motions(whole: Envelope, shown_in: Shown) -> Figure:
 def speeds(name: str, f: np.ndarray, amplitude: np.ndarray, style: Style, shown_in: Shown = LENGTH) -> Curve:
     """A curve of amplitudes [k] m or rad as speeds [k]."""
     return Curve(name, f, shown_in.scale * 2 * np.pi * f * amplitude, style)
+
+
+def followed_curves(name: str, own: Followed, shown_in: Shown = LENGTH) -> list[Curve]:
+    """What the loop called `name` follows of an envelope."""
+    kinds = {"amplitude": own.amplitude, "error": own.error}
+    return [speeds(f"{name}, {kind} within 5 %", own.f, size, "points", shown_in) for kind, size in kinds.items()]
+
+
+def reached_curves(reached: Sequence[Reached], shown_in: Shown = LENGTH) -> list[Curve]:
+    """What the engine reached, and what it did not."""
+    curves = []
+    for there, name in ((True, "reached on the engine"), (False, "not reached")):
+        points = [each for each in reached if each.there == there]
+        if points:
+            f, size = (np.array([getattr(each, key) for each in points]) for key in ("f", "amplitude"))
+            curves.append(speeds(name, f, size, "markers", shown_in))
+    return curves
 
 
 def _lines(f: np.ndarray, shown: tuple[float, float], shown_in: Shown) -> list[Curve]:

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.platform_controller import PlatformSpec
-from ...identify.acceptance.row import Row, unsaid
+from ...identify.acceptance.row import Row
 from ...loop.describing_function import sampled_frequencies
 from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Envelope
-from ...loop.performance.followed import Followed, highest
+from ...loop.performance.followed import Followed
 from ...loop.performance.reached import Reached
 from ...loop.platform.followed import followed_along
 from ...loop.platform.reached import reached_along
@@ -19,8 +19,8 @@ from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.rows import loop_setup
 from ...report import Curve, Table
 from .page import reached_cells
-from .pictures import Shown, speeds
-from .study import CHECKED, INSIDE, OUTSIDE, checked_spans
+from .pictures import Shown, followed_curves, reached_curves
+from .study import CHECKED, FOLLOWED, INSIDE, OUTSIDE, checked_spans, followed_row
 from .tuned import seeing, self_tuned
 
 FROM, POINTS = 0.2, 14  # Hz, from where a loop is played
@@ -78,21 +78,19 @@ def played(
 
 def followed_rows(asked: Mapping[str, AxisPlayed], loops: LegLoops) -> list[Row]:
     """Of each axis up to where a loop follows it."""
-    kinds = {"amplitude": "its amplitude is within 5 %", "error": "its error is within 5 %"}
-    rows = []
-    for axis, own in asked.items():
-        for kind, what in kinds.items():
-            id = f"{axis}_followed_{kind}"
-            meaning = (
-                f"legs that tune themselves follow sines of {axis} up to there with a part of the envelope: {what}"
-            )
-            found = own.followed
-            edge = None if found is None else highest(found.f, getattr(found, kind))
-            if edge is None:
-                rows.append(unsaid(id, meaning, "Hz", loops.why or f"not at {FROM:g} Hz, the lowest that was played"))
-            else:
-                rows.append(Row(id, meaning, "Hz", *edge))
-    return rows
+    how = "up to there with a part of the envelope"
+    return [
+        followed_row(
+            f"{axis}_followed_{kind}",
+            f"legs that tune themselves follow sines of {axis} {how}: {what}",
+            own.followed,
+            kind,
+            FROM,
+            loops.why,
+        )
+        for axis, own in asked.items()
+        for kind, what in FOLLOWED.items()
+    ]
 
 
 def reached_table(asked: Mapping[str, AxisPlayed], units: Mapping[str, Shown]) -> Table:
@@ -108,14 +106,5 @@ def reached_table(asked: Mapping[str, AxisPlayed], units: Mapping[str, Shown]) -
 
 def curves(own: AxisPlayed, shown: Shown) -> list[Curve]:
     """What was played, on the picture of an axis."""
-    more = []
-    if own.followed is not None:
-        found = own.followed
-        more.append(speeds("loop, amplitude within 5 %", found.f, found.amplitude, "points", shown))
-        more.append(speeds("loop, error within 5 %", found.f, found.error, "points", shown))
-    for there, name in ((True, "reached on the engine"), (False, "not reached")):
-        points = [each for each in own.reached if each.there == there]
-        if points:
-            f, size = (np.array([getattr(each, key) for each in points]) for key in ("f", "amplitude"))
-            more.append(speeds(name, f, size, "markers", shown))
-    return more
+    followed = followed_curves("loop", own.followed, shown) if own.followed else []
+    return [*followed, *reached_curves(own.reached, shown)]

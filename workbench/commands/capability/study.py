@@ -15,7 +15,7 @@ from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Drive, Envelope, envelope
 from ...loop.performance.carried import carried_by_jack
 from ...loop.performance.drive import demands
-from ...loop.performance.followed import followed, highest
+from ...loop.performance.followed import Followed, followed, highest
 from ...loop.performance.reached import PLAYED, Reached, reached
 from ...loop.performance.sizing import Choice, pump_choices, valve_choices
 from ...loop.rig_variations import with_delay
@@ -30,6 +30,7 @@ from .tuned import seeing, self_tuned
 
 LOWEST, POINTS = 0.1, 60  # Hz; of a curve
 PLAYED_FROM, PLAYED_POINTS = 1.0, 24  # Hz, from where a loop is played
+FOLLOWED = {"amplitude": "its amplitude is within 5 %", "error": "its error is within 5 %"}
 INSIDE, OUTSIDE, CHECKED = 0.95, 1.1, (1.0, 60.0)  # of the envelope; Hz between which the engine is asked
 
 
@@ -125,23 +126,23 @@ def _measured(asked: CapabilityAsked) -> dict[str, np.ndarray]:
 
 
 def _followed_rows(found: Found) -> list[Row]:
-    kinds = {
-        "amplitude": "its amplitude is within 5 %",
-        "error": "its error is within 5 %",
-        "control": "that is so under amplitude and phase control",
-    }
+    kinds = {**FOLLOWED, "control": "that is so under amplitude and phase control"}
     rows = []
     for kind, what in kinds.items():
         name = "a loop" if found.loop is None else found.loop.name
-        id, meaning = f"followed_{kind}", f"{name} follows sines up to there with a part of the envelope: {what}"
-        own = None if found.followed is None else getattr(found.followed, kind)
-        edge = None if own is None or found.followed is None else highest(found.followed.f, own)
-        if edge is None:
-            why = found.why or (found.followed.uncontrolled if found.followed and kind == "control" else "")
-            rows.append(unsaid(id, meaning, "Hz", why or f"not at {PLAYED_FROM:g} Hz, the lowest that was played"))
-        else:
-            rows.append(Row(id, meaning, "Hz", *edge))
+        meaning = f"{name} follows sines up to there with a part of the envelope: {what}"
+        why = found.why or (found.followed.uncontrolled if found.followed and kind == "control" else "")
+        rows.append(followed_row(f"followed_{kind}", meaning, found.followed, kind, PLAYED_FROM, why))
     return rows
+
+
+def followed_row(id: str, meaning: str, found: Followed | None, kind: str, lowest: float, why: str = "") -> Row:
+    """Up to where a loop that is played from the `lowest` frequency [Hz] on follows, in a kind of Followed's; `why` it
+    does not."""
+    edge = None if found is None else highest(found.f, getattr(found, kind))
+    if edge is None:
+        return unsaid(id, meaning, "Hz", why or f"not at {lowest:g} Hz, the lowest that was played")
+    return Row(id, meaning, "Hz", *edge)
 
 
 def _told(found: Found) -> dict[str, Any]:

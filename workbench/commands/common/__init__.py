@@ -14,7 +14,8 @@ sines, error_page, time_figure    sweeps, errors and runs as several reports sho
 sessions, session_tables    groups of records that differ in a number of the rig; their own numbers in a report
 scenario_tables, profiles, rig_sets    scenarios of an experiment and rigs of its set, standard ones and its own
 platform_scene      a platform drawn as lines in space
-platform_controllers, platform_motion    of experiments on a platform: its controllers, and the motion that it plays
+platform_experiment, platform_motion    of experiments on a platform: its controllers, and the motion that it plays
+legs            the campaigns of a platform, leg by leg, and what is computed on each
 fitted_plant        what a report says of a plant that was fitted to a frequency response
 limits_told         the limits of a live rig as its pages tell them, whose each is, and what tripped
 judged              in words: the delay and the noise that loops were judged with

@@ -11,7 +11,7 @@ from ...base.units import from_si
 from ...loop.robustness.plant_draw import PlantDraw, draw_plants
 from ...plant import Plant
 from ...rigs.rig import Rig
-from .envelope_keys import MOST_PLANTS, read_factors
+from .envelope_keys import MOST_PLANTS, draws_nothing, read_factors
 
 KEYS = ("plants", "draw", "stroke")
 
@@ -38,12 +38,7 @@ def read_drawn(
 
     An argument `plants` replaces that of the file. Raises InputError with file and key; for a larger record too.
     """
-    if "plants" not in top:
-        for key in KEYS[1:]:
-            if key in top:
-                raise top.complaint(key, "of drawn plants; say how many under `plants`")
-        if plants:
-            raise top.complaint("plants", "missing: the experiment draws none, and --plants cannot say how; add it")
+    if draws_nothing(top, plants, *KEYS[1:]):
         return None
     reach = top.positive("stroke") * rig.limit("stroke")
     low, high = (reference.min(), reference.max()) if signal.name == "position" else (0.0, 0.0)

@@ -20,11 +20,29 @@ def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
     for name in draw:
         if name not in rig.numbers:
             raise draw.complaint(name, f"the rig {rig.name} has no such number; see jackbench show {rig.name}")
-        ends = draw.numbers(name, "[0.5, 1.5]")
-        if len(ends) != 2 or not 0 < ends[0] <= ends[1]:
-            raise draw.complaint(name, "write the least and the largest factor, such as [0.5, 1.5]")
-        factors[name] = (ends[0], ends[1])
+        factors[name] = read_ends(draw, name, "[0.5, 1.5]")
     return factors
+
+
+def read_ends(table: Table, key: str, example: str = "[0.75, 1.25]") -> tuple[float, float]:
+    """The least and the largest factor. Raises InputError with file, line and key."""
+    low, *high = table.numbers(key, example)
+    if len(high) != 1 or not 0 < low <= high[0]:
+        raise table.complaint(key, f"write the least and the largest factor, such as {example}")
+    return low, high[0]
+
+
+def draws_nothing(top: Table, plants: int | None, *keys: str) -> bool:
+    """Whether a file draws no plants, for it does not say how many. Raises InputError where it or an argument `plants`
+    says something of them all the same."""
+    if "plants" in top:
+        return False
+    for key in keys:
+        if key in top:
+            raise top.complaint(key, "of drawn plants; say how many under `plants`")
+    if plants:
+        raise top.complaint("plants", "missing: the experiment draws none, and --plants cannot say how; add it")
+    return True
 
 
 def read_positions(top: Table) -> tuple[float, ...]:

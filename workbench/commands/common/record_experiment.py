@@ -21,6 +21,7 @@ from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ...loop.scenarios import Scenario
 from ...plant import build
+from ...records.excitation import Multisine
 from ...rigs.rig import Rig
 from .drawn_record import KEYS as DRAWN_KEYS
 from .drawn_record import DrawnConfig, read_drawn
@@ -115,6 +116,19 @@ def read_record_experiment(
         conditions=conditions,
         drawn=read_drawn(top, nominal, conditions.seed, nominal.signal(scenario.signal), reference, plants),
         source={**source, "controllers": {name: table.values for name, table in tables.items()}},
+    )
+
+
+def read_multisine(table: Table, amplitude: Spec, nyquist: float, shortest: float = 0.1) -> Multisine:
+    """The table [measure]: the multisine by which a loop's response is measured, its amplitude within a spec, its
+    period of `shortest` [s] at least. Raises InputError with file and key."""
+    table.allow("amplitude", "low", "high", "seconds", "lines")
+    low, high = (table.quantity(key, Spec("Hz", 1e-3, nyquist, f"{key}est frequency")) for key in ("low", "high"))
+    return Multisine(
+        table.quantity("amplitude", amplitude),
+        (low, high),
+        table.quantity("seconds", Spec("s", shortest, 100.0, "one period of the multisine")),
+        table.count("lines", 2),
     )
 
 

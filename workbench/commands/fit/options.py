@@ -7,7 +7,7 @@ from functools import partial
 from ...base.errors import InputError
 from ...records.campaign import FREE_RUN, campaign_rig
 from ...records.fingerprint import fingerprint
-from ...rigs.platform import is_platform, load_platform
+from ...rigs.platform import is_platform
 from ..common.options import finish
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..residual.config import load, on_campaign
@@ -46,13 +46,9 @@ def _fit_platform(options: argparse.Namespace, words: list[str], name: str) -> N
         raise InputError("--free-run is for one jack, and a platform's legs are fitted in windows; leave it out")
     if options.rig_out is not None:
         raise InputError("--rig-out is for one jack; platform.toml and its legs are left beside the report")
-    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
+    from ..common.legs import leg_campaigns
     from .platform import run_platform_fit
 
-    platform = load_platform(name)
-    whole = whole_campaigns(options.campaign, options.heldout)
-    legs = cut_legs(platform, whole)
-    prints = [fingerprint(campaign) for campaign in whole]
-    identity = {"command": "fit", "campaigns": prints, "rig": platform.table(), "starts": options.starts}
-    study = partial(run_platform_fit, platform, whole, legs, options.starts)
-    finish(options, words, f"fit-{whole[0].path.resolve().name}", identity, study)
+    legs = leg_campaigns(options, name)
+    identity = legs.identity("fit", of_cut=False, starts=options.starts)
+    finish(options, words, f"fit-{legs.name}", identity, partial(run_platform_fit, legs, options.starts))

@@ -2,23 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...base.checkpoint import Progress, Stage
 from ...identify.found.fitted import Interval, interval_cells
+from ...identify.found.legs import mean_known
 from ...identify.wrench.balance import NUMBERS
 from ...identify.wrench.fitted import PayloadFit, fit_payload
-from ...identify.wrench.leg_cut import CutLeg, payload_problem
-from ...records import Campaign
+from ...identify.wrench.leg_cut import payload_problem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import LEGS, Leg, Platform
-from ...rigs.platform.platform_file import platform_text
+from ...rigs.platform.platform_file import platform_files
 from ...rigs.rig import Rig
-from ...rigs.rig_file import rig_text
 from ..common.error_page import GIVEN
+from ..common.legs import LegCampaigns, leg_tables, of_leg
 from ..common.outcome import Outcome
 from .study import FitAnswer, fit_campaign
 
@@ -38,31 +37,19 @@ _SHARED_NOTE = (
 )
 
 
-def run_platform_fit(
-    platform: Platform,
-    whole: Sequence[Campaign],
-    legs: Sequence[CutLeg],
-    starts: int,
-    stage: Stage,
-    progress: Progress,
-) -> Outcome:
-    """Fit the payload to the train records of `whole` [6], and each leg to its cut records `legs` [6]."""
+def run_platform_fit(legs: LegCampaigns, starts: int, stage: Stage, progress: Progress) -> Outcome:
+    """Fit the payload to the train records of whole legs, and each leg to its cut records."""
     progress("payload")
-    payload = fit_payload(payload_problem(platform, whole))
+    platform, payload = legs.platform, fit_payload(payload_problem(legs.platform, legs.whole))
     answers = []
-    for number, leg in enumerate(legs, 1):
+    for number, leg in enumerate(legs.cut, 1):
         progress(f"leg {number} of {LEGS}")
-        own = partial(_of_leg, stage, number)
+        own, _ = of_leg(stage, progress, number)
         answers.append(fit_campaign(leg.campaign, leg.rig, starts, own, lambda _: None))
     metrics = _metrics(platform, payload, answers)
-    campaign = whole[0].path.resolve().name
-    found = found_platform(platform, payload, [answer.rig for answer in answers], campaign)
-    files = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(found.legs, 1)}
-    files["platform.toml"] = platform_text(found, [f"leg{i + 1}.toml" for i in range(LEGS)])
-    tables = {
-        f"leg{i}-{name}": table for i, each in enumerate(answers, 1) for name, table in each.outcome.tables.items()
-    }
-    return Outcome(metrics, lambda: _page(platform, payload, metrics, campaign), tables, files)
+    found = found_platform(platform, payload, [answer.rig for answer in answers], legs.name)
+    tables = leg_tables({i: each.outcome for i, each in enumerate(answers, 1)})
+    return Outcome(metrics, lambda: _page(platform, payload, metrics, legs.name), tables, platform_files(found))
 
 
 def found_platform(platform: Platform, payload: PayloadFit, rigs: Sequence[Rig], source: str) -> Platform:
@@ -92,7 +79,7 @@ def _metrics(platform: Platform, payload: PayloadFit, answers: Sequence[FitAnswe
     by_leg = [answer.chi2 for answer in answers]
     return {
         "parameters": own | legs,
-        "chi2": {role: _mean([chi2[role] for chi2 in by_leg]) for role in ("train", "heldout")},
+        "chi2": {role: mean_known([chi2[role] for chi2 in by_leg]) for role in ("train", "heldout")},
         "rms": {
             f"leg{i}.{label}": row
             for i, each in enumerate(answers, 1)
@@ -185,12 +172,3 @@ def _by_leg(metrics: Mapping[str, Any]) -> Figure:
     chi2 = np.array([leg["chi2"]["heldout"] for leg in metrics["legs"]], float)
     panel = Panel("held-out chi2 [1]", [Curve("as fitted", np.arange(1.0, LEGS + 1), chi2, "markers", GIVEN)])
     return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(LEGS)])
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return sum(known) / len(known) if len(known) == len(values) else None
-
-
-def _of_leg(stage: Stage, leg: int, name: str, compute: Any) -> Any:
-    return stage(f"leg{leg}-{name}", compute)

@@ -3,25 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...base.signals import Signal
-from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
-from ...rigs.rig import Rig
+from ...records.excitation import Multisine
 from ..common.experiment import on_platform, read_experiment
-from ..common.record_experiment import RecordExperiment, read_record_experiment
+from ..common.record_experiment import RecordExperiment, read_multisine, read_record_experiment
 from .platform_config import PlatformLearnConfig, platform_learning
-
-
-@dataclass(frozen=True)
-class MeasureConfig:
-    """The multisine by which the closed loop's response is measured: amplitude (SI), band [Hz], length of a period [s],
-    number of lines."""
-
-    amplitude: float
-    band: tuple[float, float]
-    seconds: float
-    lines: int
 
 
 @dataclass(frozen=True)
@@ -34,7 +21,7 @@ class LearnConfig:
     record: RecordExperiment
     controller: ControllerSpec
     iterations: int
-    measure: MeasureConfig | None
+    measure: Multisine | None
 
 
 def load_any(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig | PlatformLearnConfig:
@@ -53,16 +40,6 @@ def load_learning(path: str | Path, rig: str | None = None, plants: int | None =
     controller, *more = record.controllers
     if more:
         raise top.complaint("controllers", f"{1 + len(more)} of them; name one here or under [from]")
-    measure = _measure(top.table("measure"), record.signal, record.rig) if "measure" in top else None
+    amplitude = Spec(record.signal.si, 1e-9, 1e9, "peak of the multisine")
+    measure = read_multisine(top.table("measure"), amplitude, record.rig.nyquist) if "measure" in top else None
     return LearnConfig(record, controller, top.count("iterations"), measure)
-
-
-def _measure(table: Table, signal: Signal, rig: Rig) -> MeasureConfig:
-    table.allow("amplitude", "low", "high", "seconds", "lines")
-    low, high = (table.quantity(key, Spec("Hz", 1e-3, rig.nyquist, f"{key}est frequency")) for key in ("low", "high"))
-    return MeasureConfig(
-        table.quantity("amplitude", Spec(signal.si, 1e-9, 1e9, "peak of the multisine")),
-        (low, high),
-        table.quantity("seconds", Spec("s", 0.1, 100.0, "one period of the multisine")),
-        table.count("lines", 2),
-    )

@@ -1,14 +1,13 @@
 """Learning of a platform's drive file: the measured response, what it promises, the iterations on every payload."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS
-from ...loop.learning import BOUND, Iteration, Learned, low_pass, rms
+from ...loop.learning import BOUND, Iteration, low_pass, rms
 from ...loop.platform.learning import (
     Left,
     RepeatedMotion,
@@ -30,6 +29,7 @@ from .drawn import FALL
 from .page import rows
 from .platform_config import PlatformLearnConfig
 from .platform_page import PlatformLearning, platform_learning_page
+from .study import run_learning, staged
 
 DECLARED = "declared"  # the payload of the file
 
@@ -38,19 +38,17 @@ def run_any(config: LearnConfig | PlatformLearnConfig, stage: Stage, progress: P
     """Learning on one jack or on a platform."""
     if isinstance(config, PlatformLearnConfig):
         return run_platform_learning(config, stage, progress)
-    from .study import run_learning
-
     return run_learning(config, stage, progress)
 
 
 def run_platform_learning(config: PlatformLearnConfig, stage: Stage, progress: Progress) -> Outcome:
     """The filter of the measured response, that it converges on all payloads, and what is learned on each."""
     progress("build, equilibrium")
-    setup = platform_setup(config.record.rig, config.delay)
+    setup = platform_setup(config.record.rig, config.record.delay)
     check_motion(setup, config.motion.pose)
     drawn = config.record.drawn
-    payloads = drawn.draw(setup, config.conditions.seed) if drawn else []
-    seed, spec = config.conditions.noise, config.controller
+    payloads = drawn.draw(setup, config.record.conditions.seed) if drawn else []
+    seed, spec = config.record.conditions.noise, config.controller
     players = {DECLARED: RepeatedMotion.of(spec, setup, seed)}
     for number, payload in enumerate(payloads, 1):
         progress(f"payload {number} of {len(payloads)}")
@@ -68,8 +66,14 @@ def run_platform_learning(config: PlatformLearnConfig, stage: Stage, progress: P
         raise InputError(f"{spec.name}: no cut-off lets learning converge on all payloads; draw nearer ones")
     found = PlatformLearning(config, setup, payloads, measured, left, learning, {})
     progress(found.promise)
+
+    def told(iteration: Iteration) -> str:
+        error = rms(learning.in_band(reference[: len(iteration.measured)] - iteration.measured))
+        return f"{1e3 * error:.4g} mm"
+
     for name, player in players.items():
-        found.learned[name] = _learned(player, name, found, reference, stage, progress)
+        played = staged(player.play, name, told, stage, progress)
+        found.learned[name] = learn_motion(learning, reference, played, config.iterations)
     metrics = _metrics(found)
 
     def draw() -> tuple[Page, Figure]:
@@ -91,27 +95,6 @@ def _left(
         if name != DECLARED:
             left[name] = other_left(measured, declared, transfer)
     return left
-
-
-def _learned(
-    player: RepeatedMotion,
-    name: str,
-    found: PlatformLearning,
-    reference: np.ndarray,
-    stage: Stage,
-    progress: Progress,
-) -> Learned:
-    """What is learned on one payload, each iteration a stage."""
-
-    def play(number: int, drive: np.ndarray, gain: float) -> Iteration:
-        key = f"{name.replace(' ', '')}-{'again' if number < 0 else number}"
-        iteration = Iteration(**stage(key, lambda: asdict(player.play(number, drive, gain))))
-        error = rms(found.learning.in_band(reference[: len(iteration.measured)] - iteration.measured))
-        which = "the motion again" if number < 0 else f"iteration {number}"
-        progress(f"{name}, {which}: {1e3 * error:.4g} mm RMS")
-        return iteration
-
-    return learn_motion(found.learning, reference, play, found.config.iterations)
 
 
 def _metrics(found: PlatformLearning) -> dict[str, Any]:

@@ -12,12 +12,11 @@ from ...loop.learning import Iteration, Learned, low_pass, rms
 from ...loop.platform.learning import Left, MatrixFilter, acceleration_error
 from ...loop.platform.measured import REALIZATIONS, MatrixResponse
 from ...loop.platform.setup import PlatformSetup
+from ...loop.platform.steps import SHOWN, UNITS
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.platform import AXES
 from .platform_config import PlatformLearnConfig
 
-_SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # mm and deg per SI unit
-_UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
 _MOST_PAYLOADS = 12  # that figures and tables show
 
 
@@ -162,7 +161,7 @@ def _motion(found: PlatformLearning, learned: Learned) -> Figure:
     """The axis that moves most, on the declared payload."""
     weights, period = found.setup.platform.geometry.weights, found.setup.platform.period
     axis = int(np.argmax(np.abs(learned.reference).max(axis=0)))
-    scale, unit = _SHOWN[axis] / weights[axis], _UNITS[axis]
+    scale, unit = SHOWN[axis] / weights[axis], UNITS[axis]
     first, best = learned.iterations[0], learned.best
 
     def curve(name: str, values: np.ndarray, dotted: bool = False) -> Curve:
@@ -185,11 +184,11 @@ def _motion(found: PlatformLearning, learned: Learned) -> Figure:
 def _axes(found: PlatformLearning, learned: Learned) -> Table:
     weights, lines = found.setup.platform.geometry.weights, []
     for i, axis in enumerate(AXES):
-        scale = _SHOWN[i] / weights[i]
+        scale = SHOWN[i] / weights[i]
         left = [
             scale * rms((learned.reference[: len(it.true)] - it.true)[:, i])
             for it in (learned.iterations[0], learned.best)
         ]
-        lines.append([axis, _UNITS[i], scale * float(np.abs(learned.reference[:, i]).max()), *left])
+        lines.append([axis, UNITS[i], scale * float(np.abs(learned.reference[:, i]).max()), *left])
     heads = ["axis", "unit", "largest wanted", "RMS error, first", "learned"]
     return Table("Each axis, declared payload", heads, lines, "True values, without the sensors' noise.")

@@ -1,8 +1,7 @@
 """Learning of a drive file: closed-loop responses, the filter that they give, and the iterations on every rig."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from .page import Convergence, drive_files, figure, page, rows, shown, tables
 HIGHEST = 0.25  # of the control rate: the highest cut-off that Q may have
 
 Setups = Mapping[str, LoopSetup]
+Play = Callable[[int, np.ndarray, float], Iteration]
 
 
 def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -100,16 +100,22 @@ def _learned(
     progress: Progress,
 ) -> Learned:
     """What is learned on one rig, each iteration a stage."""
-    repeated = config.record.repeated(config.controller, setup)
 
-    def play(number: int, drive: np.ndarray, gain: float) -> Iteration:
-        def compute() -> dict[str, Any]:
-            return asdict(repeated.play(number, drive, gain))
-
-        iteration = Iteration(**stage(f"{name}-{'again' if number < 0 else number}", compute))
+    def told(iteration: Iteration) -> str:
         error = rms(reference[: len(iteration.measured)] - iteration.measured)
-        which = "the record again" if number < 0 else f"iteration {number}"
-        progress(f"{name}, {which}: {shown(config.record, error):.4g} {config.record.signal.unit} RMS")
+        return f"{shown(config.record, error):.4g} {config.record.signal.unit}"
+
+    repeated = config.record.repeated(config.controller, setup)
+    return learn(learning, reference, staged(repeated.play, name, told, stage, progress), config.iterations)
+
+
+def staged(play: Play, name: str, told: Callable[[Iteration], str], stage: Stage, progress: Progress) -> Play:
+    """`play` with each iteration a stage of a rig's `name`; `told`: its error in words."""
+
+    def staged_play(number: int, drive: np.ndarray, gain: float) -> Iteration:
+        key = f"{name.replace(' ', '')}-{'again' if number < 0 else number}"
+        iteration = Iteration(**stage(key, lambda: asdict(play(number, drive, gain))))
+        progress(f"{name}, {'the record again' if number < 0 else f'iteration {number}'}: {told(iteration)} RMS")
         return iteration
 
-    return learn(learning, reference, play, config.iterations)
+    return staged_play

@@ -6,7 +6,7 @@ from functools import partial
 from ...base.errors import InputError
 from ...records.campaign import campaign_rig
 from ...records.fingerprint import fingerprint
-from ...rigs.platform import is_platform, load_platform
+from ...rigs.platform import is_platform
 from ..common.options import computes, finish
 from ..excite.config import SETS
 from ..residual.config import load, on_campaign
@@ -43,17 +43,14 @@ def _plan_platform(options: argparse.Namespace, words: list[str], name: str) -> 
     """The same of a platform's campaign, leg by leg."""
     if options.sheet is not None:
         raise InputError(f"--for {options.sheet} is for one jack, and this is a campaign of a platform; leave it out")
-    from ...identify.wrench.leg_cut import cut_legs, has_load_cells, whole_campaigns
+    from ...identify.wrench.leg_cut import has_load_cells
+    from ..common.legs import leg_campaigns
     from .platform import run_platform_plan
 
-    platform = load_platform(name)
-    whole = whole_campaigns(options.campaign, options.heldout)
-    if not has_load_cells(whole):
+    legs = leg_campaigns(options, name)
+    if not has_load_cells(legs.whole):
         raise InputError(
             f"{options.campaign}: a leg without a load cell, by which a plan cuts motions leg by leg; record its force"
         )
-    legs = cut_legs(platform, whole)
-    prints = [fingerprint(leg.campaign) for leg in legs]
-    identity = {"command": "plan", "campaigns": prints, "rig": platform.table()}
-    study = partial(run_platform_plan, platform, whole, legs)
-    finish(options, words, f"plan-{options.campaign.resolve().name}", identity, study)
+    study = partial(run_platform_plan, legs.platform, legs.whole, legs.cut)
+    finish(options, words, f"plan-{legs.name}", legs.identity("plan"), study)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checkpoint import Progress, Stage, within
+from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import one_blas_thread
 from ...control.platform_controller import PlatformSpec
 from ...identify.plan.motions import MOTIONS, MotionDesign, PlannedMotion
@@ -28,6 +28,7 @@ from ...records import Campaign, Record
 from ...records.frequency_sheet import table_text
 from ...report import Figure, Page
 from ...rigs.platform import LEGS, Platform
+from ..common.legs import of_leg
 from ..common.outcome import Outcome
 from ..fit.platform import with_found_legs
 from ..trace.platform import leg_effects
@@ -112,9 +113,9 @@ def _legs(
     fits = []
     for leg, each in enumerate(cut):
         own = leg_effects(each.rig) if library is None else library
-        fits.append(fitted_campaign(each.campaign, each.rig, own, *_of_leg(leg, stage, progress)))
+        fits.append(fitted_campaign(each.campaign, each.rig, own, *of_leg(stage, progress, leg + 1)))
     asked = [leg for leg, fitted in enumerate(fits) if fitted.misses] or range(LEGS)
-    return _Legs(fits, {leg: told(fits[leg], *_of_leg(leg, stage, progress)) for leg in asked})
+    return _Legs(fits, {leg: told(fits[leg], *of_leg(stage, progress, leg + 1)) for leg in asked})
 
 
 def _expected(
@@ -194,8 +195,3 @@ def _of_legs(legs: _Legs) -> dict[str, Any]:
 
 def _name(leg: int) -> str:
     return f"leg{leg + 1}"
-
-
-def _of_leg(leg: int, stage: Stage, progress: Progress) -> tuple[Stage, Progress]:
-    """Stages and progress that say the leg."""
-    return within(stage, _name(leg)), lambda said: progress(f"leg {leg + 1} of {LEGS}: {said}")

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import output_signal
-from ...base.toml_text import toml_text
 from ...base.units import from_si
 from ...control.platform_controller import LEGS, PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
@@ -22,8 +21,8 @@ from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
 from ...rigs.platform.platform_file import platform_path
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.platform_motion import PlatformMotion, file_motion
+from .study import STATIC, campaign_text, role_of
 
-STATIC = "static"
 MOTIONS = (
     Motion("fast", 5.0, (0.4, 10.0), 1),
     Motion("slow", 6.0, (0.25, 3.0), 2),
@@ -79,10 +78,9 @@ def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) ->
     spec = drive_spec(setup)
     runs = {STATIC: still(setup, spec, STILL, plan.seed)} | _runs(plan, setup, spec, progress)
     records = {name: _columns(setup, run, (plan.seed, number)) for number, (name, run) in enumerate(runs.items())}
-    roles = {name: STATIC if name == STATIC else "train" for name in runs} | {list(runs)[-1]: "heldout"}
-    rows = [_row(name, roles[name], run) for name, run in runs.items()]
+    rows = [_row(name, role_of(name, list(runs)), run) for name, run in runs.items()]
     metrics = {"rows": rows, "seed": plan.seed, "loop_gains": [law.design.gain for law in spec.laws]}
-    files = {"campaign.toml": _campaign(plan, roles)}
+    files = {"campaign.toml": campaign_text(plan.declared, plan.seed, rows, (STATIC, "train", "heldout"))}
     files |= {f"{name}.csv": table_text(each) for name, each in records.items()}
 
     def draw() -> tuple[Page, Figure]:
@@ -108,12 +106,6 @@ def _runs(plan: PlatformPlan, setup: PlatformSetup, spec: PlatformSpec, progress
             raise InputError(f"platform {setup.platform.name}: cannot play {motion.name} at any size; check its limits")
         runs[motion.name] = taken[1]
     return runs
-
-
-def _campaign(plan: PlatformPlan, of: Mapping[str, str]) -> str:
-    roles = {role: [f"{name}.csv" for name, own in of.items() if own == role] for role in (STATIC, "train", "heldout")}
-    text = toml_text({"rig": plan.declared, "records": roles})
-    return f"# simulated by `jackbench record`, seed {plan.seed}\n{text}"
 
 
 def _columns(setup: PlatformSetup, run: PlatformRun, seed: tuple[int, int]) -> dict[str, np.ndarray]:

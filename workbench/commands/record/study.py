@@ -24,20 +24,20 @@ from ..common.limits_told import trip_marks
 from ..common.outcome import Outcome, Progress, Stage
 from .config import OWN, Plan
 
-REST = 2.0  # s
+STATIC, REST = "static", 2.0  # s
 
 
 def run_record(plan: Plan, stage: Stage, progress: Progress) -> Outcome:
     """Play and log every excitation; the last one is held out, `static` measures the noise, the others are train."""
     progress("excitations")
     ready = drive(plan.rig)
-    played = {"static": _still(plan.rig)} | (_given(plan) or _standard(ready, stage))
+    played = {STATIC: _still(plan.rig)} | (_given(plan) or _standard(ready, stage))
     records, rows = [], []
     for number, (name, wave) in enumerate(played.items()):
         progress(f"{name}: {wave.t[-1]:.3g} s")
         stored = stage(f"record-{name}", partial(recorded, ready, wave, [plan.seed, number]))
         records.append(Record(name, wave.t, stored["signals"]))
-        rows.append({"record": name, "role": _role(name, list(played)), **stored["effort"]})
+        rows.append({"record": name, "role": role_of(name, list(played)), **stored["effort"]})
     metrics = {"rows": rows, "seed": plan.seed, "loop_gain": ready.loop.design.gain}
     files = _files(plan, rows, records, played)
 
@@ -65,11 +65,9 @@ def _files(
     plan: Plan, rows: list[dict[str, Any]], records: Sequence[Record], played: Mapping[str, Excitation]
 ) -> dict[str, str]:
     """The campaign folder: campaign.toml, a file a record, what was played, and the rig where it is not bundled."""
-    roles = {role: [f"{row['record']}.csv" for row in rows if row["role"] == role] for role in ROLES}
-    campaign = toml_text({"rig": plan.declared, "records": roles})
-    files = {"campaign.toml": f"# simulated by `jackbench record`, seed {plan.seed}\n{campaign}"}
+    files = {"campaign.toml": campaign_text(plan.declared, plan.seed, rows)}
     files |= {f"{record.name}.csv": table_text({"t": record.t, **record.signals}) for record in records}
-    files |= {f"played-{name}.csv": excitation_text(played[name]) for name in played if name != "static"}
+    files |= {f"played-{name}.csv": excitation_text(played[name]) for name in played if name != STATIC}
     if plan.declared == OWN:
         files[OWN] = rig_text(replace(plan.rig, effects=()))
     if plan.rig.effects:
@@ -77,13 +75,20 @@ def _files(
     return files
 
 
+def campaign_text(declared: str, seed: int, rows: Sequence[Mapping[str, Any]], roles: Sequence[str] = ROLES) -> str:
+    """The text of campaign.toml for a rig as it is declared, of rows with `record` and `role`."""
+    records = {role: [f"{row['record']}.csv" for row in rows if row["role"] == role] for role in roles}
+    return f"# simulated by `jackbench record`, seed {seed}\n{toml_text({'rig': declared, 'records': records})}"
+
+
 def _still(rig: Rig) -> Excitation:
-    return excitation("static", "command", np.zeros(round(REST / rig.period.value)), rig.period.value, rig["xmid"])
+    return excitation(STATIC, "command", np.zeros(round(REST / rig.period.value)), rig.period.value, rig["xmid"])
 
 
-def _role(name: str, names: list[str]) -> str:
-    if name == "static":
-        return "static"
+def role_of(name: str, names: Sequence[str]) -> str:
+    """Of one of the records in the order in which they are played."""
+    if name == STATIC:
+        return STATIC
     return "heldout" if name == names[-1] else "train"
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from ...base.errors import InputError
 from ...records.campaign import campaign_rig
 from ...records.fingerprint import fingerprint
-from ...rigs.platform import is_platform, load_platform
+from ...rigs.platform import is_platform
 from ..common.options import computes, finish
 from .config import load, on_campaign
 
@@ -37,12 +37,9 @@ def _residual(options: argparse.Namespace, words: list[str]) -> None:
 def _platform_residual(options: argparse.Namespace, words: list[str], name: str) -> None:
     if options.free_run:
         raise InputError("--free-run is for one jack, and a platform's legs are judged in windows; leave it out")
-    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
+    from ..common.legs import leg_campaigns
     from .platform import run_platform_residual
 
-    platform = load_platform(name)
-    legs = cut_legs(platform, whole_campaigns(options.campaign, options.heldout))
-    prints = [fingerprint(leg.campaign) for leg in legs]
-    identity = {"command": "residual", "campaigns": prints, "rig": platform.table()}
-    folder = f"residual-{legs[0].campaign.path.resolve().name}"
-    finish(options, words, folder, identity, partial(run_platform_residual, platform, legs))
+    legs = leg_campaigns(options, name)
+    study = partial(run_platform_residual, legs.platform, legs.cut)
+    finish(options, words, f"residual-{legs.name}", legs.identity("residual"), study)

@@ -1,14 +1,15 @@
 """A platform's model beside the held-out records of a campaign, leg by leg: each leg cut out by its measured force."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...base.words import listed, spanned
+from ...identify.found.legs import mean_known
 from ...identify.wrench.leg_cut import CutLeg
 from ...report import Page, Section, Table
 from ...rigs.platform import LEGS, Platform
+from ..common.legs import leg_tables, of_leg
 from ..common.outcome import Outcome
 from .study import run_residual
 
@@ -24,7 +25,7 @@ def run_platform_residual(platform: Platform, legs: Sequence[CutLeg], stage: Sta
     outcomes = []
     for number, leg in enumerate(legs, 1):
         progress(f"leg {number}")
-        own = partial(_of_leg, stage, number)
+        own, _ = of_leg(stage, progress, number)
         outcomes.append(run_residual(leg.campaign, leg.rig, own, lambda _: None))
     rows = [
         {**row, "signal": f"leg{leg}.{row['signal']}"}
@@ -32,21 +33,15 @@ def run_platform_residual(platform: Platform, legs: Sequence[CutLeg], stage: Sta
         for row in outcome.metrics["rows"]
     ]
     by_leg = [outcome.metrics["chi2"] for outcome in outcomes]
-    whole = None if None in by_leg else sum(by_leg) / LEGS
-    metrics = {"rows": rows, "chi2": whole, "legs": [{"leg": leg, "chi2": chi2} for leg, chi2 in enumerate(by_leg, 1)]}
-    tables = {
-        f"leg{leg}-{name}": table for leg, outcome in enumerate(outcomes, 1) for name, table in outcome.tables.items()
-    }
+    told = [{"leg": leg, "chi2": chi2} for leg, chi2 in enumerate(by_leg, 1)]
+    metrics = {"rows": rows, "chi2": mean_known(by_leg), "legs": told}
+    tables = leg_tables(dict(enumerate(outcomes, 1)))
 
     def draw() -> Any:
         worst = max(range(LEGS), key=lambda leg: float("inf") if by_leg[leg] is None else by_leg[leg])
         return _page(platform, metrics, worst, outcomes[worst].page.sections), outcomes[worst].picture
 
     return Outcome(metrics, draw, tables)
-
-
-def _of_leg(stage: Stage, leg: int, name: str, compute: Any) -> Any:
-    return stage(f"leg{leg}-{name}", compute)
 
 
 def legs_sentence(by_leg: Mapping[int, float | None]) -> str:

@@ -6,16 +6,13 @@ import numpy as np
 
 from ...base.toml_text import toml_text
 from ...control.platform_controller import LEGS
-from ...loop.platform.loop import PlatformRun, run_platform
-from ...loop.platform.rows import step_row
-from ...loop.platform.setup import PlatformSetup, platform_setup
-from ...loop.platform.transfer import PlatformTransfer, platform_transfer
+from ...loop.platform.loop import PlatformRun
+from ...loop.platform.rows import judge_platform, linear_numbers
+from ...loop.platform.setup import platform_setup
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import AXES
-from ...rigs.platform.platform_file import platform_text
-from ...rigs.rig_file import rig_text
+from ...rigs.platform.platform_file import platform_files
 from ..common.outcome import Outcome, Progress, Stage
-from ..run.platform_config import PlatformConfig
 from .platform_config import PlatformRetune
 
 Runs = dict[tuple[str, str, str], PlatformRun]  # by controller, old or retuned, step
@@ -37,14 +34,12 @@ def run_platform_retune(config: PlatformRetune, stage: Stage, progress: Progress
     }
     rows, linear, runs = [], [], Runs()
     for way, (experiment, setup) in ways.items():
-        for name in config.modal:
-            progress(f"{name}, {way}")
-            transfer, own = _judged(experiment, name, setup)
-            linear.append(_linear(name, way, transfer))
-            for step, run in own.items():
-                runs[name, way, step] = run
-                row = step_row(name, next(s for s in experiment.steps if s.name == step), setup, run, transfer)
-                rows.append({**row, "way": way})
+        for spec in (each for each in experiment.controllers if each.modal):
+            progress(f"{spec.name}, {way}")
+            judged = judge_platform(setup, spec, experiment.steps, experiment.f, experiment.conditions.noise)
+            linear.append({"controller": spec.name, "way": way, **linear_numbers(judged.transfer)})
+            runs |= {(spec.name, way, step): run for step, run in judged.runs.items()}
+            rows += [{**row, "way": way} for row in judged.rows]
     metrics = {
         "rows": rows,
         "linear": linear,
@@ -54,39 +49,10 @@ def run_platform_retune(config: PlatformRetune, stage: Stage, progress: Progress
     return Outcome(metrics, lambda: (_page(config, metrics, runs), _figure(config, runs)), {}, _files(config, ratio))
 
 
-def _judged(
-    experiment: PlatformConfig, name: str, setup: PlatformSetup
-) -> tuple[PlatformTransfer, dict[str, PlatformRun]]:
-    """The linear loop of a controller, and its steps by name."""
-    spec = next(each for each in experiment.controllers if each.name == name)
-    controller, period = spec.build(setup.platform.period, setup.directions), setup.platform.period
-    runs = {
-        step.name: run_platform(setup, controller, step.pose(period), experiment.conditions.noise)
-        for step in experiment.steps
-    }
-    return platform_transfer(setup, controller, experiment.f), runs
-
-
-def _linear(name: str, way: str, transfer: PlatformTransfer) -> dict[str, Any]:
-    stable = transfer.stable
-    return {
-        "controller": name,
-        "way": way,
-        "stable": stable,
-        "ms": float(transfer.sensitivity.max()) if stable else None,
-        "coupling_percent": 100 * transfer.coupling("pitch", "surge") if stable else None,
-    }
-
-
 def _files(config: PlatformRetune, ratio: np.ndarray) -> dict[str, str]:
     """The experiment and the platform that it names, by file."""
-    legs = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(config.found.rig.legs, 1)}
     source = {**config.retuned(ratio).source, "rig": "platform.toml"}
-    return {
-        "retuned.toml": toml_text(source),
-        "platform.toml": platform_text(config.found.rig, list(legs)),
-        **legs,
-    }
+    return {"retuned.toml": toml_text(source), **platform_files(config.found.rig)}
 
 
 def _page(config: PlatformRetune, metrics: dict[str, Any], runs: Runs) -> Page:

@@ -98,12 +98,18 @@ def _answer(row: dict[str, Any]) -> str:
 
 def robustness_figure(lanes: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
     """The share of the plants that have settled, over time."""
+    settling = {name: columns["settling_s"] for name, columns in lanes.items()}
+    return settled_figure("Share of the plants that have settled", settling)
+
+
+def settled_figure(title: str, settling: Mapping[str, np.ndarray]) -> Figure:
+    """The share of plants that have settled, over time, of settling times [plants] s by name; NaN of one that never
+    does."""
     curves = []
-    for name, columns in lanes.items():
-        settling = columns["settling_s"]
-        at, plants = np.unique(settling[~np.isnan(settling)], return_counts=True)  # whole periods: few
-        curves.append(Curve(name, at, 100 * np.cumsum(plants) / len(settling)))
-    return Figure("Share of the plants that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),))
+    for name, times in settling.items():
+        at, plants = np.unique(times[~np.isnan(times)], return_counts=True)  # whole periods: few
+        curves.append(Curve(name, at, 100 * np.cumsum(plants) / len(times)))
+    return Figure(title, "time [s]", (Panel("settled [%]", tuple(curves)),))
 
 
 def _worst(rows: list[dict[str, Any]]) -> Table:

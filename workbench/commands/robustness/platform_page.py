@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.signals import output_signal
 from ...base.units import from_si
 from ...base.words import counted
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Figure, Page, Section, Table
 from ...rigs.platform import AXES
+from .page import settled_figure
 from .platform_config import PlatformRobustness
 
 Metrics = Mapping[str, Any]
@@ -37,14 +39,19 @@ _LINEAR = {
     "coupling_median_percent": "surge into pitch at 5 Hz, median [%]",
     "coupling_worst_percent": "worst [%] ",
 }
-_ANGLES = AXES[3:]
 
 
 def platform_page(
     config: PlatformRobustness, metrics: Metrics, columns: Mapping[str, np.ndarray], drawn: Mapping[str, np.ndarray]
 ) -> tuple[Page, Figure]:
     """The report and its telling figure."""
-    figures = [_settled(config, step.name, columns) for step in config.steps]
+    figures = [
+        settled_figure(
+            f"{step.name}: share of the platforms that have settled",
+            {spec.name: columns[f"{spec.name}.{step.name}.settling"] for spec in config.controllers},
+        )
+        for step in config.steps
+    ]
     order = [step.name for step in config.steps]
     rows = sorted(metrics["rows"], key=lambda row: order.index(row["scenario"]))
     judged = "ideal sensors and no delay" if config.conditions.ideal else "with noise, resolution and computing delay"
@@ -66,7 +73,7 @@ def platform_page(
     ranges = Table(
         "Payloads and poses that were drawn, uniformly",
         ["number", "least", "largest", "unit"],
-        [[name, *_ends(name, values)] for name, values in drawn.items()],
+        [[name, _shown(name, values.min())[0], *_shown(name, values.max())] for name, values in drawn.items()],
         "The moments of inertia go with the mass. Each leg has numbers of its own, within the bounds of its rig and "
         "the factors of [draw].",
     )
@@ -93,35 +100,17 @@ def _verdict(metrics: Metrics) -> str:
     return f"{best} holds on all platforms; in each step 99 % of them settle within {slowest[best]:.3g} s."
 
 
-def _settled(config: PlatformRobustness, step: str, columns: Mapping[str, np.ndarray]) -> Figure:
-    """The share of the platforms that have settled, over time."""
-    curves = []
-    for spec in config.controllers:
-        settling = columns[f"{spec.name}.{step}.settling"]
-        at, platforms = np.unique(settling[~np.isnan(settling)], return_counts=True)
-        curves.append(Curve(spec.name, at, 100 * np.cumsum(platforms) / len(settling)))
-    return Figure(
-        f"{step}: share of the platforms that have settled", "time [s]", (Panel("settled [%]", tuple(curves)),)
-    )
-
-
 def _worst(rows: list[dict[str, Any]]) -> Table:
     names = list(rows[0]["worst"])
-    heads = [f"{name} [{_unit(name)}]" for name in names]
+    heads = [f"{name} [{_shown(name, 0.0)[1]}]" for name in names]
     lines = [
-        [row["scenario"], row["controller"], *(_shown(name, row["worst"][name]) for name in names)] for row in rows
+        [row["scenario"], row["controller"], *(_shown(name, row["worst"][name])[0] for name in names)] for row in rows
     ]
     return Table("", ["step", "controller", *heads], lines)
 
 
-def _unit(name: str) -> str:
-    return "kg" if name == "mass" else "deg" if name in _ANGLES else "mm"
-
-
-def _shown(name: str, value: float) -> float:
-    si = "kg" if name == "mass" else "rad" if name in _ANGLES else "m"
-    return float(from_si(value, _unit(name), si))
-
-
-def _ends(name: str, values: np.ndarray) -> tuple[float, float, str]:
-    return _shown(name, float(values.min())), _shown(name, float(values.max())), _unit(name)
+def _shown(name: str, value: float) -> tuple[float, str]:
+    """A number of payload or pose as it is read, and its unit."""
+    signal = output_signal(name) if name in AXES else None
+    unit, si = (signal.unit, signal.si) if signal else ("kg", "kg") if name == "mass" else ("mm", "m")
+    return float(from_si(value, unit, si)), unit

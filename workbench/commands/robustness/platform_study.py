@@ -14,6 +14,7 @@ from ...base.words import counted
 from ...loop.platform.drawn import drawn_platform
 from ...loop.platform.robustness import linear_columns, step_columns
 from ...loop.platform.setup import platform_setup
+from ...loop.robustness.row import settling_quantiles
 from ..common.outcome import Outcome, Progress, Stage
 from .config import RobustnessConfig
 from .platform_config import PlatformRobustness
@@ -113,7 +114,6 @@ def _row(config: PlatformRobustness, columns: Columns, name: str, step: str) -> 
     keys = ("settling", "overshoot", "cross", "tripped", "hunting", "lowest")
     own = {key: columns[f"{name}.{step}.{key}"] for key in keys}
     settling = np.nan_to_num(own["settling"], nan=np.inf)
-    p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
     lane, failing = int(np.argmax(settling)), _failing(columns, name, step)
     return {
         "controller": name,
@@ -123,9 +123,7 @@ def _row(config: PlatformRobustness, columns: Columns, name: str, step: str) -> 
         "hunting": int(own["hunting"].sum()),
         "never": int(np.isinf(settling).sum()),
         **_masses("failing", columns, failing),
-        "settling_p50_s": p50,
-        "settling_p99_s": p99,
-        "settling_worst_s": worst,
+        **settling_quantiles(settling),
         "overshoot_worst_percent": finite(own["overshoot"].max()),
         "cross_worst_percent": finite(own["cross"].max()),
         "cavitating": int((own["lowest"] < 0).sum()),

@@ -3,19 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...base.table import Table
 from ...base.units import Spec
-from ...control.platform_controller import PlatformSpec
-from ...loop.conditions import Conditions
 from ...loop.platform.steps import AxisStep
-from ...rigs.platform import AXES, Platform, load_platform
+from ...rigs.platform import AXES, Platform
 from ...rigs.platform.platform import PAYLOAD
-from ..common.experiment import MOST_POINTS, read_conditions
-from ..common.platform_controllers import platform_controllers
+from ..common.experiment import MOST_POINTS
+from ..common.platform_experiment import PlatformExperiment, platform_experiment, read_steps
 from ..common.platform_motion import PlatformRecord, read_record
 
 KEYS = (
@@ -51,47 +48,34 @@ class Workspace:
     twist: np.ndarray
 
 
-@dataclass(frozen=True)
-class PlatformConfig:
-    """An experiment on a platform; `f` [k] are the frequencies of its linear transfer, Hz. `source` is the file."""
+@dataclass(frozen=True, kw_only=True)
+class PlatformConfig(PlatformExperiment):
+    """An experiment on a platform; `f` [k] are the frequencies of its linear transfer, Hz."""
 
-    rig: Platform
-    controllers: tuple[PlatformSpec, ...]
     steps: tuple[AxisStep, ...]
     f: np.ndarray
     sines: Sines
     workspace: Workspace
     variations: Mapping[str, Mapping[str, float]]
     record: PlatformRecord | None
-    conditions: Conditions
-    source: Mapping[str, Any]
-
-    @property
-    def delay(self) -> float:
-        """Computing delay [s]."""
-        return 0.0 if self.conditions.ideal else self.rig.legs[0].rig.computing_delay.value
 
 
 def platform_config(top: Table, path: Path, rig: str | None) -> PlatformConfig:
     """The tables of an experiment on a platform; `rig` replaces the one it names. Raises InputError."""
     top.allow(*KEYS)
-    platform = load_platform(rig) if rig else load_platform(top.text("rig"), path.parent)
-    names = top.words("scenarios", "heave-10mm")
-    transfer = top.table("transfer", "low_hz", "high_hz", "points")
+    shared = platform_experiment(top, path, rig)
+    platform, transfer = shared.rig, top.table("transfer", "low_hz", "high_hz", "points")
     low, high = transfer.positive("low_hz"), transfer.positive("high_hz")
     if not low < high < 0.5 / platform.period:
         raise transfer.complaint("high_hz", f"must be above low_hz and below {0.5 / platform.period:g} Hz")
     return PlatformConfig(
-        platform,
-        platform_controllers(top, platform),
-        tuple(top.about("scenarios", lambda name=name: AxisStep.named(name)) for name in names),
-        np.geomspace(low, high, transfer.count("points", 3, MOST_POINTS)),
-        _sines(top.table("sines", "frequencies_hz", "amplitude"), platform),
-        _workspace(top.table("workspace", "box", "speeds")),
-        _variations(top.optional_table("variations")),
-        read_record(top.table("record"), platform) if "record" in top else None,
-        read_conditions(top),
-        top.values,
+        **vars(shared),
+        steps=read_steps(top),
+        f=np.geomspace(low, high, transfer.count("points", 3, MOST_POINTS)),
+        sines=_sines(top.table("sines", "frequencies_hz", "amplitude"), platform),
+        workspace=_workspace(top.table("workspace", "box", "speeds")),
+        variations=_variations(top.optional_table("variations")),
+        record=read_record(top.table("record"), platform) if "record" in top else None,
     )
 
 

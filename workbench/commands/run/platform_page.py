@@ -9,7 +9,7 @@ from ...control.platform_controller import LEGS
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import check_poses, largest_flow, static_forces
 from ...loop.platform.setup import PlatformSetup
-from ...loop.platform.steps import UNITS, AxisStep
+from ...loop.platform.steps import SHOWN, UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
 from ...rigs.platform import AXES
 from ..common.platform_motion import PlatformRecord
@@ -19,7 +19,7 @@ from .platform_config import PlatformConfig
 if TYPE_CHECKING:
     from .platform_study import PlatformFindings
 
-_SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # mm and deg per SI unit
+OTHERS = 3  # steps, the first ones, that are played with other payloads
 _FRAME = 0.02  # s
 _WATCHED = 0.4  # s: of a step in the figures
 _DRAWN = 0.3  # m at the joints: as large as steps are drawn, or nothing would be seen
@@ -61,12 +61,10 @@ def _other_sections(config: PlatformConfig, findings: "PlatformFindings") -> lis
     """Other payloads and the record, where the experiment has them."""
     sections = []
     if findings.envelope:
-        rows = [
-            [j.variation, j.controller, j.stable, j.ms, j.settling_s, j.tripped, j.coupling_percent]
-            for j in findings.envelope
-        ]
+        keys = ("variation", "controller", "stable", "ms", "settling_s", "tripped", "coupling_percent")
+        rows = [[row[key] for key in keys] for row in findings.envelope]
         heads = ["payload", "controller", "stable", "Ms", "settling [s]", "tripped", "surge into pitch at 5 Hz [%]"]
-        steps = ", ".join(step.name for step in config.steps[:3])
+        steps = ", ".join(step.name for step in config.steps[:OTHERS])
         note = f"Laws, directions and guards as for the declared payload; settling: the largest of {steps}."
         sections.append(Section("Other payloads", [Table("Other payloads", heads, rows, note)]))
     if findings.played and config.record:
@@ -136,7 +134,7 @@ def _step_figure(step: AxisStep, config: PlatformConfig, runs: dict[tuple[str, s
     for spec in config.controllers:
         run = runs[spec.name, step.name]
         shown = run.t <= _WATCHED
-        t, pose = run.t[shown], run.pose[shown] * _SHOWN
+        t, pose = run.t[shown], run.pose[shown] * SHOWN
         own.append(Curve(spec.name, t, pose[:, step.axis]))
         beside = np.delete(run.pose[shown] * config.rig.geometry.weights, step.axis, axis=1)
         others.append(Curve(spec.name, t, 1e3 * np.abs(beside).max(axis=1)))
@@ -188,7 +186,7 @@ def _sines_table(findings: "PlatformFindings") -> Table:
 
 def _reach_table(findings: "PlatformFindings") -> Table:
     rows = [
-        [axis, low * _SHOWN[i], high * _SHOWN[i], UNITS[i]]
+        [axis, low * SHOWN[i], high * SHOWN[i], UNITS[i]]
         for i, (axis, (low, high)) in enumerate(findings.reach.items())
     ]
     note = "Along one axis from home, within stroke, joint angles and the forces of the jacks at rest."
@@ -200,7 +198,7 @@ def _outline_figures(findings: "PlatformFindings") -> list[Figure]:
     figures = []
     for unit in dict.fromkeys(UNITS):
         curves = [
-            Curve(f"{second} over {first}", x * _SHOWN[AXES.index(first)], y * _SHOWN[AXES.index(second)])
+            Curve(f"{second} over {first}", x * SHOWN[AXES.index(first)], y * SHOWN[AXES.index(second)])
             for (first, second), (x, y) in findings.outlines.items()
             if UNITS[AXES.index(first)] == unit
         ]
@@ -234,11 +232,11 @@ def _map_figure(config: PlatformConfig, findings: "PlatformFindings") -> Figure:
 
 
 def _worst_table(config: PlatformConfig, findings: "PlatformFindings") -> Table:
-    rows = [[worst.name, worst.value, worst.unit, *(worst.pose * _SHOWN).round(1).tolist()] for worst in findings.worst]
+    rows = [[worst.name, worst.value, worst.unit, *(worst.pose * SHOWN).round(1).tolist()] for worst in findings.worst]
     heads = [f"{axis} [{unit}]" for axis, unit in zip(AXES, UNITS, strict=True)]
     limits = ", ".join(
         f"{axis} {size * shown:.4g} {unit}"
-        for axis, size, shown, unit in zip(AXES, config.workspace.box, _SHOWN, UNITS, strict=True)
+        for axis, size, shown, unit in zip(AXES, config.workspace.box, SHOWN, UNITS, strict=True)
     )
     note = f"The largest of the corners of a box of +-({limits}) and 2000 poses inside; flow at all speeds together."
     return Table("Worst poses", ["quantity", "value", "unit", *heads], rows, note)

@@ -1,6 +1,6 @@
 """A platform: modes, steps along its axes with what the others do, 6 x 6 transfers, where it can go."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from time import process_time
 from typing import Any
 
@@ -8,18 +8,17 @@ import numpy as np
 
 from ...control.platform_controller import LEGS, PlatformController, PlatformSpec
 from ...linear.platform_modes import PlatformMode, platform_modes
-from ...loop.platform.envelope import Judged, judge_variations
-from ...loop.platform.loop import PlatformRun, run_platform
+from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import PLANES, WorstPose, outline, reach, worst_poses
 from ...loop.platform.record import Played, check_motion, play
-from ...loop.platform.rows import step_row
+from ...loop.platform.rows import judge_platform, judge_variations
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.platform.sines import PlatformSine, platform_sine
-from ...loop.platform.transfer import JUDGED, PlatformTransfer, platform_transfer
+from ...loop.platform.transfer import JUDGED, PlatformTransfer
 from ...rigs.platform import AXES
 from ..common.outcome import Outcome, Progress, Stage
 from .platform_config import PlatformConfig
-from .platform_page import platform_page
+from .platform_page import OTHERS, platform_page
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class PlatformFindings:
     reach: dict[str, tuple[float, float]]
     outlines: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]
     worst: list[WorstPose]
-    envelope: list[Judged]
+    envelope: list[dict[str, Any]]
     played: dict[str, Played]
 
 
@@ -51,15 +50,14 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
     for spec in config.controllers:
         progress(f"{spec.name}: transfer, steps and sines")
         controller = spec.build(setup.platform.period, setup.directions)
-        transfers[spec.name] = platform_transfer(setup, controller, config.f)
-        for step in config.steps:
-            run = run_platform(setup, controller, step.pose(setup.platform.period), config.conditions.noise)
-            runs[spec.name, step.name] = run
-            rows.append(step_row(spec.name, step, setup, run, transfers[spec.name]))
+        judged = judge_platform(setup, spec, config.steps, config.f, config.conditions.noise)
+        transfers[spec.name] = judged.transfer
+        runs |= {(spec.name, step): run for step, run in judged.runs.items()}
+        rows += judged.rows
         sines[spec.name] = _sines(config, setup, controller, spec)
     progress("other payloads, record")
-    seed = config.conditions.noise
-    envelope = judge_variations(setup, config.controllers, config.variations, config.steps[:3], seed)
+    noise = config.conditions.noise
+    envelope = judge_variations(setup, config.controllers, config.variations, config.steps[:OTHERS], noise)
     played = _played(config, setup)
     progress("workspace")
     findings = PlatformFindings(
@@ -125,7 +123,7 @@ def _metrics(findings: PlatformFindings) -> dict[str, Any]:
             if of != into and transfer.coupling(into, of, JUDGED) > 1e-4
         ],
         "sines": [{"controller": name, **sine.row()} for name, sines in findings.sines.items() for sine in sines],
-        "envelope": [asdict(judged) for judged in findings.envelope],
+        "envelope": findings.envelope,
         "record": [{"controller": name, "rms_m": played.errors} for name, played in findings.played.items()],
         "reach": {axis: list(ends) for axis, ends in findings.reach.items()},
         "worst": [

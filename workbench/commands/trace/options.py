@@ -7,7 +7,7 @@ from pathlib import Path
 from ...base import trust
 from ...base.errors import InputError
 from ...records.campaign import campaign_rig
-from ...rigs.platform import is_platform, load_platform
+from ...rigs.platform import is_platform
 from ..common.options import finish, processes, works
 from ..common.rig_out import finish_with_rig, leaves_rig
 from ..common.sheet_options import read_lines
@@ -92,13 +92,12 @@ def _trace_platform(options: argparse.Namespace, words: list[str], name: str) ->
         raise InputError("--new is for the valve of one jack; a platform has several, name the campaign of one leg")
     if options.rig_out is not None:
         raise InputError("--rig-out is for one jack; the rigs of a platform's legs are left beside its report")
-    from ...identify.wrench.leg_cut import cut_legs, whole_campaigns
-    from .platform import identity, run_platform_trace
+    from ..common.legs import leg_campaigns
+    from .platform import run_platform_trace
+    from .study import digest
 
-    platform, files = load_platform(name), [str(file.resolve()) for file in options.effects]
-    whole = whole_campaigns(options.campaign, options.heldout)
-    legs = cut_legs(platform, whole)
-    command = identity([leg.campaign for leg in legs], platform, files, options.without, options.several)
+    legs, files = leg_campaigns(options, name), [str(file.resolve()) for file in options.effects]
+    asked = {"effects": digest(files), "without": sorted(options.without), "several": options.several}
     shared = {"files": files, "without": options.without, "several": options.several, "jobs": processes(options)}
-    study = partial(run_platform_trace, platform, whole, legs, **shared)
-    finish(options, words, f"trace-{options.campaign.resolve().name}", command, study)
+    study = partial(run_platform_trace, legs.platform, legs.whole, legs.cut, **shared)
+    finish(options, words, f"trace-{legs.name}", legs.identity("trace", **asked), study)

@@ -18,36 +18,22 @@ from ...plant.effects import Effect, inside_port
 from ...plant.effects.declared import effects_for
 from ...records import Campaign
 from ...records.campaign import campaign_rig
-from ...records.fingerprint import fingerprint
 from ...report import Figure, Page
-from ...rigs.platform import LEGS, Platform, load_platform
+from ...rigs.platform import Platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
+from ..common.legs import leg_tables, of_leg
 from ..common.outcome import Outcome, no_checkpoint
 from ..common.run_folder import metrics_json
 from .answer import TraceAnswer
 from .legs_page import legs_page
 from .payload import payload_numbers
-from .study import digest, trace_answer
+from .study import trace_answer
 
 
 def leg_effects(rig: Rig, files: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
     """The effects that a leg of a platform may lack. Raises InputError for a name in `without` that there is not."""
     return tuple(effect for effect in effects_for(rig, files, without) if inside_port(effect.laws))
-
-
-def identity(
-    campaigns: Sequence[Campaign], platform: Platform, files: Sequence[str], without: Sequence[str], several: bool
-) -> dict[str, Any]:
-    """What says that a trace is the same one."""
-    return {
-        "command": "trace",
-        "campaigns": [fingerprint(campaign) for campaign in campaigns],
-        "rig": platform.table(),
-        "effects": digest(files),
-        "without": sorted(without),
-        "several": several,
-    }
 
 
 def run_platform_trace(
@@ -70,7 +56,7 @@ def run_platform_trace(
     wrench = wrench_answer(payload_problem(platform, whole))
     answers = []
     for number, leg in enumerate(legs, 1):
-        own = _of_leg(stage, progress, number)
+        own = of_leg(stage, progress, number)
         library = leg_effects(leg.rig, files, without)
         answers.append(trace_answer(leg.campaign, leg.rig, library, *own, files, without, several, jobs, learns=False))
     return _outcome(platform, wrench, answers)
@@ -98,7 +84,7 @@ def _outcome(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceAn
     whole["numbers"] += payload_numbers(platform, wrench.payload)
     texts = {"trace.json": metrics_json(whole)}
     texts |= {f"leg{i + 1}.toml": rig_text(answers[i].rig) for i in wrong}
-    tables = {f"leg{i + 1}-{name}": table for i in wrong for name, table in answers[i].outcome.tables.items()}
+    tables = leg_tables({i + 1: answers[i].outcome for i in wrong})
     more: dict[str, Any] = {f"leg{i}": {"base": leg["base"], "failed": leg["failed"]} for i, leg in enumerate(legs, 1)}
     if tied := ties(legs) | wrench.told["tied"]:
         more["tied"] = tied
@@ -107,10 +93,3 @@ def _outcome(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceAn
         return legs_page(platform, wrench, answers)
 
     return Outcome(whole | more, draw, tables, texts)
-
-
-def _of_leg(stage: Stage, progress: Progress, leg: int) -> tuple[Stage, Progress]:
-    """Stages and progress that say the leg."""
-    return lambda name, compute: stage(f"leg{leg}-{name}", compute), lambda said: progress(
-        f"leg {leg} of {LEGS}: {said}"
-    )

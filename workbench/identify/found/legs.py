@@ -26,7 +26,7 @@ def platform_answer(legs: Sequence[Answer], own: Answer) -> dict[str, Any]:
         "effects": [name for part in parts for name in part["effects"]],
         "equation": next((part["equation"] for part in parts if part["equation"]), None),
         "ranking": _ranking([*(_of_leg(leg, i) for i, leg in enumerate(legs, 1)), *judged]),
-        "chi2": {key: _mean([leg["chi2"][key] for leg in legs]) for key in ("before", "after")},
+        "chi2": {key: mean_known([leg["chi2"][key] for leg in legs]) for key in ("before", "after")},
         "rms": {f"leg{i}.{label}": row for i, leg in enumerate(legs, 1) for label, row in leg["rms"].items()},
         "learned": [{"leg": i, **shape} for i, leg in enumerate(legs, 1) for shape in leg["learned"]],
         "numbers": [
@@ -82,6 +82,7 @@ def _misfit(leg: Answer) -> float:
     return float("inf") if before is None else max(0.0, before - 1)
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
+def mean_known(values: Sequence[float | None]) -> float | None:
+    """Their mean; None where one of them is."""
     known = [value for value in values if value is not None]
     return sum(known) / len(known) if len(known) == len(values) else None

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...rigs.platform import Platform, leg_speeds
 from ...rigs.platform.kinematics import arms, leg_vectors, rotation
+from ...rigs.platform.platform import leg_masses
 from .motion import LegSignals, Motion, motion
 
 NUMBERS = ("mass", "cx", "cy", "cz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
@@ -102,14 +103,8 @@ def _across(platform: Platform, moved: Motion) -> np.ndarray:
     velocity = twist[:, None, :3] + np.cross(w, arm)
     acceleration = turned[:, None, :3] + np.cross(turned[:, None, 3:], arm) + np.cross(w, np.cross(w, arm))
     speed = np.sum(along * velocity, axis=-1, keepdims=True)
-    own = {
-        name: np.array([leg.numbers[name].value for leg in platform.legs])[:, None] for name in platform.legs[0].numbers
-    }
-    reach = length - own["rod_centre"]
-    turning = own["cylinder_inertia"] + own["cylinder_mass"] * own["cylinder_centre"] ** 2 + own["rod_inertia"]
-    mu = (turning + own["rod_mass"] * reach**2) / length**2
-    slope = 2 * (own["rod_mass"] * reach / length - mu) / length
-    share = (own["cylinder_mass"] * own["cylinder_centre"] + own["rod_mass"] * reach) / length
+    own = {name: values[:, None] for name, values in platform.leg_numbers.items()}
+    mu, slope, share = leg_masses(own, length)
     down = np.array([0.0, 0.0, -platform["gravity"]])
     force = share * down - slope * speed * velocity - mu * acceleration
     force = force - np.sum(along * force, axis=-1, keepdims=True) * along

@@ -8,6 +8,7 @@ from the sine's: beyond the envelope a valve still moves a jack, but by no sine.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..describing_function import sampled_frequencies
 from ..rows import LoopSetup
 from ..sampled_loop import SampledLoop
 from .bounds import Motion
-from .carried import carried_by_jack, response
+from .carried import Carried, carried_by_jack, response
 
 NEAR = 0.05
 OF_SPEED = ("flow", "valve", "command rate")  # bounds of the speed; others that are played are of the acceleration
@@ -44,19 +45,41 @@ class Reached:
         return self.off <= NEAR and self.lowest >= 0
 
 
+class Cycle(NamedTuple):
+    """A sine's cycle of whole `samples`, next to a frequency: f [Hz], the `orders` [k] of harmonics that are looked at,
+    and their turns [samples, k]."""
+
+    f: float
+    samples: int
+    orders: np.ndarray
+    turn: np.ndarray
+
+    @classmethod
+    def near(cls, f: float, period: float) -> "Cycle":
+        """The one next to f [Hz] at a control period [s]."""
+        f = float(sampled_frequencies(f, f, 1, period)[0])
+        samples = round(1 / (f * period))
+        orders = np.arange(1, min(HARMONICS, samples // 4) + 1)
+        return cls(f, samples, orders, np.exp(2j * np.pi * np.outer(np.arange(samples) / samples, orders)))
+
+    def opening(self, carried: Carried, amplitude: float) -> np.ndarray:
+        """Harmonics [k] of the opening that the lands need, at most full, for a sine of what a jack carries at f."""
+        opening = np.clip(Motion(carried).opening(np.array([amplitude]))[0], -1.0, 1.0)
+        at = np.arange(opening.size) / opening.size
+        return 2 * np.exp(-2j * np.pi * np.outer(self.orders, at)) @ opening / opening.size
+
+
 def reached(setup: LoopSetup, loop: ControllerSpec, f: float, amplitude: float, bound: str) -> Reached:
     """A sine whose cycle is whole samples, next to f [Hz]; infinitely far off where the loop trips at once."""
     period = setup.rig.period.value
-    f = float(sampled_frequencies(f, f, 1, period)[0])
-    cycle = round(1 / (f * period))
-    orders = np.arange(1, min(HARMONICS, cycle // 4) + 1)
-    turn = np.exp(2j * np.pi * np.outer(np.arange(cycle) / cycle, orders))
+    whole = Cycle.near(f, period)
+    f, cycle, orders, turn = whole
     signal = "velocity" if bound in OF_SPEED else "acceleration"
     linear = linear_plant(setup.engine.plant, setup.moving, outputs=(signal, "spool"), p=setup.smooth)
     gain, spool = response(linear, orders * f)
     wanted = np.zeros(orders.size, complex)
     wanted[0] = amplitude * (2j * np.pi * f) ** (1 if bound in OF_SPEED else 2)
-    sent = _opening(setup, f, amplitude, orders) * setup.rig["z3max"] / spool
+    sent = whole.opening(carried_by_jack(setup.rig, np.array([f])), amplitude) * setup.rig["z3max"] / spool
     blocks, best = blocks_of(f), Reached(f, amplitude, bound)
     played = SampledLoop(setup.engine, setup.rig, loop.build(period), setup.null)
     for _ in range(ROUNDS):
@@ -75,11 +98,3 @@ def reached(setup: LoopSetup, loop: ControllerSpec, f: float, amplitude: float, 
 def blocks_of(f: float) -> int:
     """Cycles of a round at f [Hz]."""
     return max(2, int(np.ceil(_BLOCK * f)))
-
-
-def _opening(setup: LoopSetup, f: float, amplitude: float, orders: np.ndarray) -> np.ndarray:
-    """Harmonics of the opening that the lands need, at most full."""
-    motion = Motion(carried_by_jack(setup.rig, np.array([f])))
-    opening = np.clip(motion.opening(np.array([amplitude]))[0], -1.0, 1.0)
-    at = np.arange(opening.size) / opening.size
-    return 2 * np.exp(-2j * np.pi * np.outer(orders, at)) @ opening / opening.size

@@ -6,8 +6,7 @@ legs            the sensors of its legs, and what comes in at each instant
 loop            a loop, run; compiled and python are its two ways
 transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
 steps           steps along one axis, by name
-rows, sines     what is measured in steps and in sines, with what the other axes do
-envelope        the same where the payload is another
+rows, sines     what is measured in steps and in sines, with what the other axes do; a controller judged by both
 draw, drawn     platforms drawn over payload, pose and legs; robustness, loops and steps on them
 poses           roads, recorded courses and accelerations as poses at the control period
 excitation      motions that tell the axes apart, as large as the legs take them

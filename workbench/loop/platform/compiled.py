@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -39,14 +38,9 @@ class CompiledPlatform:
         legs = list(zip(setup.guarded, setup.carried, strict=True))
         guard = guard_shape(legs[0][0], sensors.names, self.law.measures, legs[0][1])
         shape = LawShape(self.law.graphs, self.law.measures, sensors.names, guard, noisy=sensors.noisy, jacks=len(legs))
-        limits = np.concatenate(
-            [
-                packed(guard.numbers, **guard_numbers(rig, guard, shape.measured, sensors.noisy, carried))
-                for rig, carried in legs
-            ]
-        )
-        read = sensors.picked(guard.read)
-        numbers = limits, sensors.noise[:, read].ravel(), sensors.resolution[:, read].ravel(), coupling_numbers(setup)
+        limits = [guard_numbers(rig, guard, self.law.measures, sensors.noisy, carried) for rig, carried in legs]
+        read, guards = sensors.picked(guard.read), np.concatenate([packed(guard.numbers, **own) for own in limits])
+        numbers = guards, sensors.noise[:, read].ravel(), sensors.resolution[:, read].ravel(), coupling_numbers(setup)
         plant = setup.engine.plant
         return with_drives(plant, plant.p[None], setup.platform.period, shape, *numbers)
 
@@ -82,24 +76,16 @@ class CompiledPlatform:
         rig = self.setup.guarded[legs[0]] if len(legs) else None
         return None if rig is None else f"leg {legs[0] + 1}: {trip_reason(rig, int(codes[legs[0]]))}"
 
-    def begun(self, start: Equilibrium, inputs: Inputs, p: np.ndarray | None = None) -> "Begun":
-        """A lane at an operating point of parameters p [k] (the plant's own), before the first of its inputs."""
+    def begun(self, start: Equilibrium, inputs: Inputs, p: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """What `run` takes of a lane, state, memory, rows and numbers, at an operating point of parameters p [k] (the
+        plant's own), before the first of its inputs."""
         first = self.sensors.read(self.setup.engine.observe(start.x, start.u, p), inputs.normal[0])
         measured = first[:, self.sensors.picked(self.law.measures)].ravel()
         signals = np.concatenate((inputs.reference[0], inputs.forward[0], measured))
         x, offset = self.law.start(signals, start.u[:LEGS])
         noise = inputs.normal[1:] if self.sensors.noisy else inputs.normal[1:, :0]
         rows = self.rows(reference=inputs.reference, added=inputs.forward, others=inputs.others, noise=noise)
-        return Begun(start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset))
-
-
-class Begun(NamedTuple):
-    """A lane before it runs: what `run` takes of it."""
-
-    x: np.ndarray
-    memory: np.ndarray
-    rows: np.ndarray
-    numbers: np.ndarray
+        return start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset)
 
 
 def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> Instants:

@@ -53,10 +53,10 @@ class LegSensors:
         """Their columns."""
         return [self.names.index(name) for name in names]
 
-    def draws(self, instants: int, seed: int | None) -> np.ndarray:
+    def draws(self, instants: int, seed: int | None, lane: int = 0) -> np.ndarray:
         """Standard normal numbers [1 + k, 6 sensors]: a loop measures once before its first sample."""
         shape = instants + 1, LEGS * len(self.names)
-        return np.zeros(shape) if seed is None else draws(seed).standard_normal(shape)
+        return np.zeros(shape) if seed is None else draws(seed, lane).standard_normal(shape)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS, PlatformController
-from ...records.excitation import harmonics
+from ...records.excitation import Multisine, harmonics
 from .legs import LegSensors
 from .loop import PlatformRun, run_platform
 from .poses import REST
@@ -26,16 +26,6 @@ REALIZATIONS = 4
 _POOLED = 5  # lines, over which a deviation is averaged
 _FIRST = 1000  # of the seeds of noise: others than those of the records that are learned
 _PHASES = 2  # of the draw of phases
-
-
-@dataclass(frozen=True, eq=False)
-class SixSines:
-    """What is played: lines of 1/seconds in a band [Hz], falling as 1/f; the largest deviation [m] at the joints."""
-
-    amplitude: float
-    band: tuple[float, float]
-    seconds: float
-    lines: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +59,10 @@ def _between(f: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray
 
 
 def measured_response(
-    setup: PlatformSetup, controller: PlatformController, sines: SixSines, seed: int | None
+    setup: PlatformSetup, controller: PlatformController, sines: Multisine, seed: int | None
 ) -> MatrixResponse:
-    """Play all realizations about home and take the response of their second periods. Raises InputError where a motion
-    is beyond the platform or trips."""
+    """Play all realizations about home, `sines` in metres at the joints, and take the response of their second periods.
+    Raises InputError where a motion is beyond the platform or trips."""
     period = setup.platform.period
     rows = round(sines.seconds / period)
     order = harmonics(sines.band, sines.seconds, period, sines.lines)

@@ -8,6 +8,7 @@ import numpy as np
 from ...control.platform_controller import LEGS
 from ...rigs.platform import AXES, Platform, leg_lengths, leg_speeds
 from ...rigs.platform.kinematics import arms, condition, joint_angles, leg_vectors, rotation
+from ...rigs.platform.platform import leg_masses
 from ..capability import stall_force
 
 _HALVINGS = 40
@@ -61,20 +62,15 @@ def static_forces(platform: Platform, pose: np.ndarray) -> np.ndarray:
     joints, legs = arms(geometry, pose), leg_vectors(geometry, pose)
     length = np.linalg.norm(legs, axis=-1, keepdims=True)
     along = legs / length
-    numbers = {name: _of_legs(platform, name) for name in platform.legs[0].numbers}
-    rod, reach = numbers["rod_mass"][:, None], length - numbers["rod_centre"][:, None]
-    share = ((numbers["cylinder_mass"] * numbers["cylinder_centre"])[:, None] + rod * reach) / length
-    weight = share * g + (rod - share) * (along @ g)[..., None] * along
+    numbers = {name: values[:, None] for name, values in platform.leg_numbers.items()}
+    share = leg_masses(numbers, length)[2]
+    weight = share * g + (numbers["rod_mass"] - share) * (along @ g)[..., None] * along
     centre = rotation(pose) @ np.array([platform["cx"], platform["cy"], platform["cz"]])
     force = platform["mass"] * g + weight.sum(axis=-2)
     moment = np.cross(centre, platform["mass"] * g) + np.cross(joints, weight).sum(axis=-2)
     wrench = np.concatenate((force, moment), axis=-1)
     transposed = np.swapaxes(leg_speeds(geometry, pose), -1, -2)
     return -np.linalg.solve(transposed, wrench[..., None])[..., 0]
-
-
-def _of_legs(platform: Platform, name: str) -> np.ndarray:
-    return np.array([leg.numbers[name].value for leg in platform.legs])
 
 
 def largest_flow(platform: Platform, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:

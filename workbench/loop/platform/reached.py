@@ -14,10 +14,8 @@ from ...control.controller_spec import ControllerSpec
 from ...control.platform_controller import LEGS, PlatformSpec
 from ...linear.linearisation import jacobians
 from ...rigs.platform import AXES
-from ..describing_function import sampled_frequencies
-from ..performance.bounds import Motion
 from ..performance.carried import carried_along
-from ..performance.reached import HARMONICS, OF_SPEED, ROUNDS, Reached, blocks_of
+from ..performance.reached import OF_SPEED, ROUNDS, Cycle, Reached, blocks_of
 from .loop import run_platform
 from .setup import PlatformSetup
 
@@ -32,14 +30,13 @@ def reached_along(
     """A sine of an amplitude [m or rad] along an axis whose cycle is whole samples, next to f [Hz]; `loops` hold the
     legs."""
     period, place = setup.platform.period, AXES.index(axis)
-    f = float(sampled_frequencies(f, f, 1, period)[0])
-    cycle = round(1 / (f * period))
-    orders = np.arange(1, min(HARMONICS, cycle // 4) + 1)
-    turn = np.exp(2j * np.pi * np.outer(np.arange(cycle) / cycle, orders))
+    whole = Cycle.near(f, period)
+    f, cycle, orders, turn = whole
     poses, spools = _responses(setup, orders * f)
     inverse, wanted = np.linalg.inv(poses), np.zeros((orders.size, LEGS), complex)
     wanted[0, place] = amplitude
-    sent, best = _openings(setup, axis, f, amplitude, orders) / spools, Reached(f, amplitude, bound)
+    legs = [whole.opening(carried, amplitude) for carried in carried_along(setup, axis, np.array([f]))]
+    sent, best = np.stack(legs, axis=1) / spools, Reached(f, amplitude, bound)
     controller = PlatformSpec("slow", tuple(loops)).build(period, setup.directions)
     rows = np.arange(cycle * _LONGER * blocks_of(f) + 1)
     rise = np.minimum(_LONGER * rows / rows[-1], 1.0)[:, None]  # the modes of six legs on their oil ring long
@@ -69,16 +66,6 @@ def _responses(setup: PlatformSetup, f: np.ndarray) -> tuple[np.ndarray, np.ndar
     whole = whole * np.exp(-2j * np.pi * f * plant.lateness())[:, None, None]
     spools = np.diagonal(whole[:, LEGS:], axis1=1, axis2=2)
     return whole[:, :LEGS], spools / np.array([leg.rig["z3max"] for leg in legs])
-
-
-def _openings(setup: PlatformSetup, axis: str, f: float, amplitude: float, orders: np.ndarray) -> np.ndarray:
-    """Harmonics [k, 6] of the openings that the legs' lands need, at most full."""
-    columns = []
-    for carried in carried_along(setup, axis, np.array([f])):
-        opening = np.clip(Motion(carried).opening(np.array([amplitude]))[0], -1.0, 1.0)
-        at = np.arange(opening.size) / opening.size
-        columns.append(2 * np.exp(-2j * np.pi * np.outer(orders, at)) @ opening / opening.size)
-    return np.stack(columns, axis=1)
 
 
 def _level(pose: np.ndarray) -> np.ndarray:

@@ -12,7 +12,6 @@ from ...rigs.platform import AXES
 from .. import step_metrics as metrics
 from ..envelope import HUNTING
 from ..lane_metrics import hunting_lanes
-from ..sensors import draws
 from .compiled import CompiledPlatform
 from .drawn import DrawnPlatform
 from .legs import LegSensors
@@ -106,9 +105,7 @@ def _played(
     lanes = []
     for each in platforms:
         pose = each.pose + step.pose(period)
-        normal = np.zeros((len(pose) + 1, LEGS * len(sensors.names)))
-        if seed is not None:
-            normal = draws(seed, each.number).standard_normal(normal.shape)
+        normal = sensors.draws(len(pose), seed, each.number)
         lanes.append(loop.begun(each.setup.null, inputs_of(setup, controller, pose, {}, normal), each.p))
     starts, memory, rows, numbers = (np.array(part) for part in zip(*lanes, strict=True))
     batch, out = loop.run(starts, memory, rows, numbers, np.array([each.p for each in platforms]))

@@ -1,21 +1,77 @@
 """What is measured on a platform's loops: steps along one axis with what the others do meanwhile, and the power."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...base.gain_phase import gain_db, phase_deg
-from ...control.platform_controller import LEGS
-from ...linear.crossings import corner_frequency
+from ...control.platform_controller import LEGS, PlatformSpec
 from ...plant.valve.supply import supply_power
 from ...rigs.platform import AXES
 from .. import step_metrics as metrics
-from .loop import PlatformRun
-from .setup import PlatformSetup
+from ..rows import closed_numbers
+from .loop import PlatformRun, run_platform
+from .setup import PlatformSetup, platform_setup
 from .steps import AxisStep
-from .transfer import PlatformTransfer
+from .transfer import PlatformTransfer, platform_transfer
 
 SHARE = 0.02  # of a step: its settling band
+_F = np.geomspace(0.5, 60.0, 60)  # Hz, of linear loops on variations
+
+
+@dataclass(frozen=True)
+class JudgedPlatform:
+    """A controller on a platform: its linear loop, its runs by step, and their rows as metrics.json has them."""
+
+    transfer: PlatformTransfer
+    runs: Mapping[str, PlatformRun]
+    rows: list[dict[str, Any]]
+
+
+def judge_platform(
+    setup: PlatformSetup, spec: PlatformSpec, steps: Sequence[AxisStep], f: np.ndarray, seed: int | None
+) -> JudgedPlatform:
+    """A controller in steps, and its linear loop at f [k] Hz. `seed` is that of the sensors' noise, None without.
+    Raises NoLinearView."""
+    controller, period = spec.build(setup.platform.period, setup.directions), setup.platform.period
+    transfer = platform_transfer(setup, controller, f)
+    runs = {step.name: run_platform(setup, controller, step.pose(period), seed) for step in steps}
+    rows = [step_row(spec.name, step, setup, runs[step.name], transfer) for step in steps]
+    return JudgedPlatform(transfer, runs, rows)
+
+
+def linear_numbers(transfer: PlatformTransfer) -> dict[str, Any]:
+    """Of a linear loop: whether it is stable, Ms, and surge into pitch at 5 Hz [%], None of an unstable one."""
+    if not transfer.stable:
+        return {"stable": False, "ms": None, "coupling_percent": None}
+    coupling = 100 * transfer.coupling("pitch", "surge")
+    return {"stable": True, "ms": float(transfer.sensitivity.max()), "coupling_percent": coupling}
+
+
+def judge_variations(
+    setup: PlatformSetup,
+    controllers: Sequence[PlatformSpec],
+    variations: Mapping[str, Mapping[str, float]],
+    steps: Sequence[AxisStep],
+    seed: int | None,
+) -> list[dict[str, Any]]:
+    """A row of metrics.json for every controller on every variation, SI values of the payload by name; laws, directions
+    and guards stay those of the declared platform. The largest settling time is None where one step does not settle."""
+    rows = []
+    for name, values in variations.items():
+        other = platform_setup(setup.platform.with_values(**values)).known_as(setup)
+        for spec in controllers:
+            judged = judge_platform(other, spec, steps, _F, seed)
+            linear, settled = linear_numbers(judged.transfer), [row["settling_s"] for row in judged.rows]
+            stable, coupling = linear["stable"], linear.pop("coupling_percent")
+            played = {
+                "settling_s": max(settled) if stable and None not in settled else None,
+                "tripped": next((run.tripped for run in judged.runs.values() if stable and run.tripped), None),
+                "coupling_percent": coupling,
+            }
+            rows.append({"controller": spec.name, "variation": name, **linear, **played})
+    return rows
 
 
 def step_row(
@@ -44,9 +100,7 @@ def step_row(
         "residual_oscillation": metrics.residual_oscillation(t, y, step.size) if whole else None,
         "stable": transfer.stable,
         "tripped": run.tripped,
-        "f3db_hz": corner_frequency(transfer.f, gain_db(own), -3.0) if transfer.stable else None,
-        "f90_hz": corner_frequency(transfer.f, phase_deg(own), -90.0) if transfer.stable else None,
-        "peak_db": float(gain_db(own).max()) if transfer.stable else None,
+        **closed_numbers(transfer.f, own if transfer.stable else None),
         "gain_margin_db": None,
         "phase_margin_deg": None,
         "ms": float(transfer.sensitivity.max()) if transfer.stable else None,

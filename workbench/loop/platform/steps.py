@@ -10,6 +10,7 @@ from ...base.units import to_si
 from ...rigs.platform import AXES
 
 UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
+SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # of them in m or rad
 _NAME = re.compile(r"(\w+)-(-?\d+(?:\.\d+)?)(mm|deg)")
 
 

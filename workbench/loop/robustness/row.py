@@ -24,7 +24,7 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
     columns = kept.lanes  # each is read where it is needed: all at once would be 43 bytes a plant
     settling = columns["settling_s"]
     settling[np.isnan(settling) | columns["tripped"]] = np.inf
-    p50, p99, worst = (quantile(settling, share) for share in (0.5, 0.99, 1.0))
+    quantiles = settling_quantiles(settling)
     bad = np.sum([weight * columns[key].view(np.uint8) for key, weight in _WEIGHTS.items()], axis=0, dtype=np.uint8)
     lane = int(np.lexsort((np.nan_to_num(columns["ms"], nan=np.inf), settling, bad))[-1])
     unstable = bool(columns["unstable"].any())
@@ -32,19 +32,23 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
         "controller": kept.spec.name,
         "plants": len(settling),
         **{key: int(columns[key].sum()) for key in ("unstable", "tripped", "hunting")},
-        "settling_p50_s": p50,
-        "settling_p99_s": p99,
-        "settling_worst_s": worst,
+        **quantiles,
         "overshoot_worst_percent": finite(np.max(columns["overshoot_percent"])),
         "ms_worst": None if unstable else finite(np.max(columns["ms"])),
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
         "failing": int(((bad > 0) | columns["held_unstable"].astype(bool)).sum()),
         "cavitating": int((columns["lowest_pressure"] < 0).sum()),
-        "times_limit": times_limit(p99, limit),
+        "times_limit": times_limit(quantiles["settling_p99_s"], limit),
         "held_unstable": int(columns["held_unstable"].sum()),
         "held_ms_worst": finite(np.fmax.reduce(columns["held_ms"])),
         "worst": _drawn(lane, problem, kept.furthest(lane) if columns["unstable"][lane] else None),
     }
+
+
+def settling_quantiles(settling: np.ndarray) -> dict[str, float | None]:
+    """Of settling times [plants] s, infinite on a plant that never settles: the median, 99 % and the worst."""
+    shares = {"p50": 0.5, "p99": 0.99, "worst": 1.0}
+    return {f"settling_{name}_s": quantile(settling, share) for name, share in shares.items()}
 
 
 def _drawn(lane: int, problem: RobustnessProblem, place: Place | None) -> dict[str, float]:

@@ -5,7 +5,9 @@ the rotation Rz(yaw) Ry(pitch) Rx(roll) from platform to base, singular at a pit
 reaches. A twist [.., 6] is the velocity of the origin [m/s] and the angular velocity [rad/s], both along the base axes.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,13 +40,18 @@ class Geometry:
 
 def rotation(pose: np.ndarray) -> np.ndarray:
     """Rotation matrices [.., 3, 3] from platform to base axes."""
-    (cr, cp, cy), (sr, sp, sy) = (np.moveaxis(of(pose[..., 3:]), -1, 0) for of in (np.cos, np.sin))
-    rows = (
+    cosines, sines = (np.moveaxis(of(pose[..., 3:]), -1, 0) for of in (np.cos, np.sin))
+    return np.stack([np.stack(row, -1) for row in rotation_rows(cosines, sines)], -2)
+
+
+def rotation_rows(cosines: Iterable[Any], sines: Iterable[Any]) -> tuple[tuple[Any, ...], ...]:
+    """Rz(yaw) Ry(pitch) Rx(roll), row by row, of cosines and sines of roll, pitch and yaw: numbers or symbols."""
+    (cr, cp, cy), (sr, sp, sy) = cosines, sines
+    return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
         (-sp, cp * sr, cp * cr),
     )
-    return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
 def arms(geometry: Geometry, pose: np.ndarray) -> np.ndarray:

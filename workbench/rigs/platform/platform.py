@@ -41,13 +41,14 @@ LEG = {
     "rod_centre": Spec("m", 0.0, 100.0, "its centre of mass from the platform joint"),
     "rod_inertia": Spec("kg m^2", 0.0, 1e6, "its moment of inertia across the leg, about its centre of mass"),
 }
+HALVES = tuple(name for name in LEG if name != "length")  # the numbers of its two halves
 COORDINATE = Spec("m", -100.0, 100.0, "coordinate of a joint")
 JOINTS = {
     "base_angle": Spec("rad", 0.0, np.pi, "allowed angle of a base joint from home"),
     "platform_angle": Spec("rad", 0.0, np.pi, "allowed angle of a platform joint from home"),
 }
 Point = tuple[float, float, float]
-T = TypeVar("T")
+T = TypeVar("T", bound=Any)
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,16 @@ class Leg:
     joint: Point
     numbers: Mapping[str, Number]
     sources: tuple[str, str] = ("", "")
+
+
+def leg_masses(n: Mapping[str, T], length: T) -> tuple[T, T, T]:
+    """Of a leg of numbers n of `LEG` and a length [m], numbers or symbols: the mass mu that it is at its platform joint
+    across itself, kg, how that changes with the length, kg/m, and the mass whose weight that joint carries, kg."""
+    rod, cylinder, reach = n["rod_mass"], n["cylinder_mass"], length - n["rod_centre"]
+    turning = n["cylinder_inertia"] + cylinder * n["cylinder_centre"] ** 2 + n["rod_inertia"]
+    mu = (turning + rod * reach**2) / length**2
+    slope = 2 * (rod * reach / length - mu) / length
+    return mu, slope, (cylinder * n["cylinder_centre"] + rod * reach) / length
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +128,11 @@ class Platform:
         pairs = zip(self.legs, self.of_rigs(change), strict=True)
         return replace(self, legs=tuple(replace(leg, rig=rig) for leg, rig in pairs))
 
+    @property
+    def leg_numbers(self) -> dict[str, np.ndarray]:
+        """The numbers of LEG of all legs [6]."""
+        return {name: np.array([leg.numbers[name].value for leg in self.legs]) for name in LEG}
+
     def limits(self, name: str) -> np.ndarray:
         """A limit of the jacks [6], SI."""
         return np.array([leg.rig.limit(name) for leg in self.legs])
@@ -133,10 +149,6 @@ class Platform:
     def without_leg_inertia(self) -> "Platform":
         """A copy whose legs have no mass, as tendons in a multibody program."""
         return self.with_values(**dict.fromkeys(("cylinder_mass", "cylinder_inertia", "rod_mass", "rod_inertia"), 0.0))
-
-    def with_jacks(self, **values: float) -> "Platform":
-        """A copy with other SI values of the numbers of every jack."""
-        return self.with_rigs(lambda rig: rig.with_values(**values))
 
     def _with(
         self, numbers: Mapping[str, Number], specs: Mapping[str, Spec], values: Mapping[str, float]

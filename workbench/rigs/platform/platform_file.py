@@ -19,7 +19,7 @@ from ...base.toml_text import toml_text
 from ...base.units import Spec, to_si
 from ..number import Number, number_entry, read_number
 from ..rig import Rig
-from ..rig_file import load_rig
+from ..rig_file import load_rig, rig_text
 from ..shipped import bundled_platforms
 from .effects import effect_tables, read_platform_effects
 from .platform import COORDINATE, JOINTS, LEG, LEGS, PAYLOAD, PLACE, Leg, Platform, Point
@@ -104,6 +104,12 @@ def _point(leg: Table, key: str) -> tuple[Point, str]:
         if problem := COORDINATE.problem(value):
             raise entry.complaint("at", problem)
     return (x, y, z), entry.text("source", "")
+
+
+def platform_files(platform: Platform) -> dict[str, str]:
+    """The texts of platform.toml and of the rigs of its legs, by file name."""
+    legs = {f"leg{i}.toml": rig_text(leg.rig) for i, leg in enumerate(platform.legs, 1)}
+    return {**legs, "platform.toml": platform_text(platform, list(legs))}
 
 
 def platform_text(platform: Platform, rigs: Sequence[str]) -> str:

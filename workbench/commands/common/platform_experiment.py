@@ -1,9 +1,52 @@
-"""The controllers of an experiment on a platform: one on each leg, or a law on each mode."""
+"""What experiments on a platform share: the platform, controllers on its legs or modes, steps, how they are judged."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
-from ...rigs.platform import Platform
+from ...loop.conditions import Conditions
+from ...loop.platform.steps import AxisStep
+from ...rigs.platform import Platform, load_platform
+from .experiment import borrowed_controllers, read_conditions
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatformExperiment:
+    """Controllers on a platform, and the conditions under which they are judged. `source` is the file, with the tables
+    of controllers that it borrows."""
+
+    rig: Platform
+    controllers: tuple[PlatformSpec, ...]
+    conditions: Conditions
+    source: Mapping[str, Any]
+
+    @property
+    def delay(self) -> float:
+        """Computing delay [s]."""
+        return 0.0 if self.conditions.ideal else self.rig.legs[0].rig.computing_delay.value
+
+
+def platform_experiment(top: Table, path: Path, rig: str | None, borrows: bool = False) -> PlatformExperiment:
+    """Of the file at a path, which has its controllers or `borrows` them; `rig` replaces the platform that it names.
+    Raises InputError with file and key."""
+    platform = load_platform(rig) if rig else load_platform(top.text("rig"), path.parent)
+    if not borrows:
+        own, source = platform_controllers(top, platform), top.values
+    else:
+        tables = borrowed_controllers(top.table("from"), path.parent)
+        own = tuple(platform_controller(name, table, platform) for name, table in tables.items())
+        source = {**top.values, "controllers": {name: table.values for name, table in tables.items()}}
+    return PlatformExperiment(rig=platform, controllers=own, conditions=read_conditions(top), source=source)
+
+
+def read_steps(top: Table) -> tuple[AxisStep, ...]:
+    """The steps along axes under the key scenarios. Raises InputError with file and key."""
+    names = top.words("scenarios", "heave-10mm")
+    return tuple(top.about("scenarios", lambda name=name: AxisStep.named(name)) for name in names)
 
 
 def platform_controllers(top: Table, platform: Platform) -> tuple[PlatformSpec, ...]:

@@ -1,0 +1,50 @@
+"""The legs of a platform, each a jack: their campaigns, and the stages and outcomes of a computation on each."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.checkpoint import Progress, Stage, within
+from ...identify.wrench.leg_cut import CutLeg, cut_legs, whole_campaigns
+from ...records import Campaign
+from ...records.fingerprint import fingerprint
+from ...rigs.platform import LEGS, Platform, load_platform
+from .outcome import Outcome
+
+
+@dataclass(frozen=True, eq=False)
+class LegCampaigns:
+    """A platform, and the campaigns of its legs [6], whole and cut out."""
+
+    platform: Platform
+    whole: Sequence[Campaign]
+    cut: Sequence[CutLeg]
+
+    @property
+    def name(self) -> str:
+        """Of the folder."""
+        return self.whole[0].path.resolve().name
+
+    def identity(self, command: str, of_cut: bool = True, **more: Any) -> dict[str, Any]:
+        """What says that a computation is the same one: by the campaigns that are cut, or whole."""
+        prints = [fingerprint(each) for each in ([leg.campaign for leg in self.cut] if of_cut else self.whole)]
+        return {"command": command, "campaigns": prints, "rig": self.platform.table(), **more}
+
+
+def leg_campaigns(options: argparse.Namespace, name: str) -> LegCampaigns:
+    """Those of a platform's campaign folder. Raises InputError."""
+    platform, whole = load_platform(name), whole_campaigns(options.campaign, options.heldout)
+    return LegCampaigns(platform, whole, cut_legs(platform, whole))
+
+
+def of_leg(stage: Stage, progress: Progress, number: int) -> tuple[Stage, Progress]:
+    """Stages and progress that say the leg, counted from 1."""
+    return within(stage, f"leg{number}"), lambda said: progress(f"leg {number} of {LEGS}: {said}")
+
+
+def leg_tables(outcomes: Mapping[int, Outcome]) -> dict[str, Mapping[str, np.ndarray]]:
+    """The tables of legs by number, named by the leg."""
+    return {f"leg{leg}-{name}": table for leg, each in outcomes.items() for name, table in each.tables.items()}
