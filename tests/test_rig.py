@@ -170,7 +170,12 @@ def test_a_mistake_is_named_with_file_and_row(tmp_path, old, new, message):
         (
             "[control]",
             '[[effects]]\nname = "jack.friction"\nFc = 800\n\n[control]',
-            "effects.1.Fc = 800: must be a",
+            "effects.1.Fc: must be a number with its unit; write Fc = {value = ..., unit = ...}",
+        ),
+        (
+            "[control]",
+            '[[effects]]\nname = "jack.friction"\nvariant = "stribeck"\n\n[control]',
+            "a text is only in name and formula",
         ),
         ("[control]", "[[control]]", "must be a table; write [control]"),
         ("[control]", "[control", ": line"),

@@ -145,6 +145,9 @@ def _effect(use: Table) -> EffectUse:
     name, numbers = use.text("name"), {}
     for key in use:
         if key not in ("name", "formula"):
+            if not isinstance(use.values[key], Mapping):
+                what = f"write {key} = {{value = ..., unit = ...}}, or leave it out; a text is only in name and formula"
+                raise use.complaint(key, f"must be a number with its unit; {what}")
             unit = use.table(key).text("unit")
             numbers[key] = read_number(use, key, Spec(unit, -float("inf"), float("inf"), ""))
     return EffectUse(name, use.text("formula", ""), numbers)
