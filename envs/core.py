@@ -1,25 +1,33 @@
 """The episodes of N jacks side by side: all that the single and the vector environment do."""
 
-from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
+from workbench.control.law import static_law
 from workbench.engine import Engine
 from workbench.linear import equilibrium
-from workbench.loop.guard_numbers import trip_reason
-from workbench.loop.sampled_loop import SIMULATION_FAILED
+from workbench.loop.compiled_loop import CompiledLaw
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
 
-from .loops import LaneLoops
+from .episodes import JackEpisodes
+from .loops import LaneLoops, of_jacks
 from .observation import ObservationEncoder, ObservedChannel
 from .stepped import Present, Stepped
 from .task import Task
 from .timeline import EpisodeSampler
 
 
-class Core:
-    """Steps N lanes of a task. Lanes share nothing: each is a function of its generator and its actions.
+def _without_law(task: Task, engine: Engine, sensors: Sensors, extremes: np.ndarray) -> tuple[CompiledLaw, np.ndarray]:
+    """A task's loop whose law demands nothing; `extremes` [.., k]: parameters of plants whose delays are as long as
+    any."""
+    none = static_law([0.0, 0.0], (task.loop,), task.rig.period.value)
+    return of_jacks(engine, task.rig, none, sensors, extremes, task.loop)
+
+
+class Core(JackEpisodes):
+    """The episodes of a task.
 
     An episode starts at the rig's equilibrium at rest, moved to the drawn position, with the specimen unloaded. That
     is the equilibrium of the nominal numbers: with drawn ones the pressures creep to theirs, by some bar a second. From
@@ -28,9 +36,9 @@ class Core:
 
     def __init__(self, task: Task, lanes: int) -> None:
         self.plant = plant = build(task.rig)
-        self.task, rig = task, task.rig
+        self.task, self.rig, self.trip_costs = task, task.rig, task.reward.trip
         engine, self._rest = Engine(plant), equilibrium(plant)
-        self._sensors = Sensors(rig, plant.outputs, None if task.observes == "ideal" else 0)
+        self._sensors = Sensors(self.rig, plant.outputs, None if task.observes == "ideal" else 0)
         self._encoder = ObservationEncoder(task, plant, self._sensors.names, lanes)
         self._sampler = EpisodeSampler(task, plant, len(self._sensors.names) if self._sensors.noisy else 0)
         self._position, self._stroke = plant.state("x"), plant.parameters.index("S")
@@ -38,23 +46,15 @@ class Core:
         self._origin = float(plant.observe(self._rest.x, self._rest.u)[0, self._controlled])
         self._end_inputs = [plant.input("specimen_position"), plant.input("specimen_velocity")]
         self._moves = task.specimen is not None and task.specimen.end is not None
-        self.loops = LaneLoops(task, engine, self._sensors, self._sampler.extremes, lanes)
-        self._allocate(lanes)
-
-    def _allocate(self, lanes: int) -> None:
-        times, task, reward = len(self._sampler.t), self.task, self.task.reward
-        self.loops.p[:] = self.plant.p
-        # rows `now` [N, j] of these belong to the periods of a lane's next step; each lane has `times` of them
-        self._reference = np.zeros(lanes * times)
-        self._noise = np.zeros((lanes * times, self._sampler.noisy), np.float32)
-        self._end = np.zeros((lanes * times if self._moves else 0, 2))
-        self._first = np.arange(lanes)[:, None] * times + np.arange(task.control_periods)
-        self._now, self._last = self._first.copy(), self._first[:, 0] + task.steps * task.control_periods
-        weights = reward.tracking, reward.effort, reward.change / task.rig.period.value**2
+        made = partial(_without_law, task, engine, self._sensors, self._sampler.extremes)
+        loops = LaneLoops(made, engine, self.rig.period.value, (lanes, task.control_periods))
+        self._allocate(loops, task.steps)
+        loops.p[:], rows = plant.p, lanes * self.times
+        self._reference, self._noise = np.zeros(rows), np.zeros((rows, self._sampler.noisy), np.float32)
+        self._end = np.zeros((rows if self._moves else 0, 2))
+        weights = task.reward.tracking, task.reward.effort, task.reward.change / self.rig.period.value**2
         self._weights = [np.array(weight / task.control_periods) for weight in weights]
-        self._half_stroke, self._failed = np.zeros(lanes), np.zeros(lanes, bool)
-        self._waiting = np.ones(lanes, bool)  # whose episode is over
-        self._random: Sequence[np.random.Generator] = ()
+        self._half_stroke = np.zeros(lanes)
 
     @property
     def channels(self) -> tuple[ObservedChannel, ...]:
@@ -68,51 +68,18 @@ class Core:
         shown = reference, reference - error, self.loops.x[0, self._position], self.loops.command[0]
         return Present(*map(float, shown))
 
-    def reasons(self, lanes: np.ndarray) -> list[str]:
-        """Why the lanes of a mask [N] or numbers were terminated, in words."""
-        pairs = zip(self._failed[lanes], self.loops.trip[lanes].astype(int), strict=True)
-        return [SIMULATION_FAILED if failed else self._why(trip) for failed, trip in pairs]
+    def _play(self, actions: np.ndarray) -> np.ndarray:
+        failed = self.loops.advance(actions)
+        self._errors = self.loops.wanted - self.loops.recorded[:, :, 0]
+        return failed
 
-    def _why(self, trip: int) -> str:
-        return trip_reason(self.task.rig, trip) if trip else "the jack met its end stop"
+    def _stopped(self) -> np.ndarray:
+        return (self.loops.trip > 0) | (np.abs(self.loops.x[:, self._position]) >= self._half_stroke)
 
-    def reset(self, random: Sequence[np.random.Generator], lanes: np.ndarray | None = None) -> Stepped:
-        """`restart`; what is random, in the episodes to come too, is drawn from `random` [N]."""
-        self._random = random
-        return self.restart(lanes)
-
-    def restart(self, lanes: np.ndarray | None = None) -> Stepped:
-        """Begin an episode in the lanes of a mask [N], or of None in all; the others stay where they are."""
-        nothing = np.zeros(len(self._now))
-        begun = nothing == 0 if lanes is None else lanes
-        self._begin(np.flatnonzero(begun))
-        self._waiting = self._waiting & ~begun
-        self._measure()
-        return self._stepped(nothing, nothing > 0, nothing > 0)
-
-    def step(self, actions: np.ndarray) -> Stepped:
-        """One step with demanded commands, actions [N]. A lane whose episode was over begins its next one instead."""
-        loops, begun, before = self.loops, self._waiting, self.loops.command.copy()
-        self._failed = loops.advance(actions)
-        self._now += self._now.shape[1]
-        errors = loops.wanted - loops.controlled
-        if some_begin := np.count_nonzero(begun):
-            self._begin(np.flatnonzero(begun))
-        self._measure()
+    def _reward(self, before: np.ndarray, begun: np.ndarray) -> np.ndarray:
+        """Of the true errors at the end of each period."""
+        errors, sent, (tracking, effort, rate) = self._errors, self.loops.sent, self._weights
         errors[:, :-1], errors[:, -1] = errors[:, 1:], self._error
-        reward = self._reward(errors, before)
-        stopped = np.abs(loops.x[:, self._position]) >= self._half_stroke
-        terminated, truncated = self._failed | (loops.trip > 0) | stopped, self._now[:, 0] >= self._last
-        if some_begin or np.count_nonzero(terminated):
-            terminated &= ~begun
-            truncated &= ~terminated
-            reward = np.where(begun | self._failed, 0.0, reward) - self.task.reward.trip * terminated
-        self._waiting = terminated | truncated
-        return self._stepped(reward, terminated, truncated)
-
-    def _reward(self, errors: np.ndarray, before: np.ndarray) -> np.ndarray:
-        """Rewards [N] of the true errors [N, j] at the end of each period, where the drives had commands `before`."""
-        sent, (tracking, effort, rate) = self.loops.sent, self._weights
         change = sent.copy()
         change[:, 1:] -= sent[:, :-1]
         change[:, 0] -= before
@@ -120,8 +87,7 @@ class Core:
         return -np.add.reduce(cost, 1)
 
     def _begin(self, rows: np.ndarray) -> None:
-        """New episodes in these lanes, up to their first measurement."""
-        times, loops = len(self._sampler.t), self.loops
+        times, loops = self.times, self.loops
         for row in rows:
             episode, first = self._sampler.draw(self._random[row]), self._first[row, 0]
             present = slice(first, first + times)
@@ -134,11 +100,9 @@ class Core:
             if self._moves:
                 self._end[present] = episode.end.T
         loops.begin(rows)
-        self._half_stroke[rows], self._failed[rows] = loops.p[rows, self._stroke] / 2, False
-        self._now[rows] = self._first[rows]
+        self._half_stroke[rows] = loops.p[rows, self._stroke] / 2
 
     def _measure(self) -> None:
-        """Look at the lanes as they are now: what is wanted, what is true, what is measured; and what comes next."""
         loops, now = self.loops, self._now
         loops.wanted[:] = self._reference.take(now)
         if self._sensors.noisy:

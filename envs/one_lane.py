@@ -10,8 +10,9 @@ from gymnasium.spaces import Box
 from workbench.base.errors import InputError
 from workbench.rigs.rig import Rig
 
+from .episodes import EpisodesT, JackEpisodesT
 from .spaces import action_space, checked_action, refuse_options
-from .stepped import CoreT, JackCoreT, Stepped
+from .stepped import Stepped
 
 if TYPE_CHECKING:
     from .picture import Film
@@ -21,13 +22,13 @@ _RENDERED: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}
 FilmOf = tuple[Rig, str, float]  # rig, controlled signal, s of a step
 
 
-class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
+class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[EpisodesT]):
     """What all of them share: a shell over a core of one lane, the episode's inside."""
 
     metadata = _NOT_RENDERED
-    core: CoreT
+    core: EpisodesT
 
-    def _wrap(self, core: CoreT, observation: Box, action: Box) -> None:
+    def _wrap(self, core: EpisodesT, observation: Box, action: Box) -> None:
         self.core, self.observation_space, self.action_space = core, observation, action
         self._running = False
 
@@ -66,12 +67,12 @@ class OneLane(gymnasium.Env[np.ndarray, np.ndarray], Generic[CoreT]):
         return info
 
 
-class OneJack(OneLane[JackCoreT], Generic[JackCoreT]):
+class OneJack(OneLane[JackEpisodesT], Generic[JackEpisodesT]):
     """One lane of one jack, which can be drawn."""
 
     metadata = _RENDERED
 
-    def _wrap_jack(self, core: JackCoreT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
+    def _wrap_jack(self, core: JackEpisodesT, observation: Box, render_mode: str | None, film: FilmOf) -> None:
         """Around a core whose film `film` makes, where `render_mode` asks for one. Raises InputError for another."""
         self._wrap(core, observation, action_space())
         self._film, self.render_mode = None, render_mode

@@ -14,19 +14,22 @@ from gymnasium.vector.utils import batch_space
 from workbench.base.errors import InputError
 
 from .core import Core
+from .episodes import EpisodesT
 from .spaces import action_space, checked_action, observation_space, refuse_options, refuse_render_mode
-from .stepped import CoreT, Stepped
+from .stepped import Stepped
 from .task import load_task
 
 _NEXT_STEP = AutoresetMode.NEXT_STEP
 
 
-class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[CoreT]):
+class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[EpisodesT]):
     """What all of them share: a shell over a core of `num_envs` lanes, with the observations of one."""
 
-    core: CoreT
+    core: EpisodesT
 
-    def _wrap(self, core: CoreT, num_envs: int, observation: Box, action: Box, autoreset_mode: AutoresetMode) -> None:
+    def _wrap(
+        self, core: EpisodesT, num_envs: int, observation: Box, action: Box, autoreset_mode: AutoresetMode
+    ) -> None:
         self.core, self.num_envs, self.autoreset_mode = core, num_envs, autoreset_mode
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_action_space = action

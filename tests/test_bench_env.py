@@ -27,6 +27,8 @@ from workbench.control.shell import around
 from workbench.loop.batch import run_lanes
 from workbench.loop.sensors import settling_band
 from workbench.loop.step_metrics import overshoot, settling_time
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig, save_rig
 
 TRAIN = (Path(__file__).parents[1] / "experiments" / "train_p_dp.toml").read_text()
@@ -87,10 +89,20 @@ def test_lanes_are_the_single_environment_bit_for_bit(path, mode):
     assert ends >= 6
 
 
-@pytest.mark.parametrize("decision", [0.001, 0.005])
-def test_a_policy_in_it_does_what_its_law_does_under_a_bench(tmp_path, decision):
+def late(folder, policy):
+    """The task on plants whose commands are late, each by more than the one before."""
+    effect = EffectUse("drive.delay", "", {"delay": Number("delay", 1.0, "ms", "ms", "", 0.5, 4.0)})
+    save_rig(replace(load_rig("jack-10t"), effects=(effect,)), folder / "late.toml")
+    task = load_bench_task(small(folder, ideal=True, rig='"late.toml"'), policy)
+    p = task.plants.p.copy()
+    p[:, task.plants.engine.plant.parameters.index("drive.delay.delay")] = 1e-3 * np.linspace(0.7, 2.2, len(p))
+    return replace(task, plants=replace(task.plants, p=p))
+
+
+@pytest.mark.parametrize(("decision", "is_late"), [(0.001, False), (0.005, False), (0.005, True)])
+def test_a_policy_in_it_does_what_its_law_does_under_a_bench(tmp_path, decision, is_late):
     policy = some_policy(decision)
-    task = load_bench_task(small(tmp_path, ideal=True), policy)
+    task = late(tmp_path, policy) if is_late else load_bench_task(small(tmp_path, ideal=True), policy)
     core, plants = BenchCore(task, 4), task.plants
     shown = core.reset([np.random.default_rng(i) for i in range(4)]).observation
     assert len(set(zip(core.plant, core.scenario, strict=True))) > 2

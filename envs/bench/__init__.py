@@ -2,7 +2,7 @@
 
 environments     the single and the vector environment, documented as Gymnasium does
 task             law, plants, scenarios, weights and goals of a train experiment
-core             the closed loops of N lanes, compiled
+core             its episodes in N lanes of the law's compiled loop
 past             what a policy is shown: the error, and samples of the past
 score            settling, overshoot and IAE, charged while they grow
 baselines        episodes under other controllers and policies
