@@ -4,6 +4,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache, partial
 from threading import Lock, Thread
@@ -14,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from .checkpoint import Stage
 from .cluster import IN_FLIGHT, Cluster, cluster_workers
+from .errors import InputError
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -88,6 +90,11 @@ def worker_processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterato
     with ProcessPoolExecutor(jobs, context, initializer=_begin, initargs=(make,)) as pool:
         try:
             yield _elsewhere.unwrapped(lambda item: pool.submit(_call, item).result())
+        except BrokenProcessPool:
+            raise InputError(
+                "a worker process ended by itself: for want of memory take fewer jobs; a script of your own asks for "
+                'several below `if __name__ == "__main__":`'
+            ) from None
         except KeyboardInterrupt:  # which a signal to this process alone does not bring to them
             pool.shutdown(wait=False, cancel_futures=True)  # first, so that none begins any more
             for worker in multiprocessing.active_children():

@@ -8,5 +8,6 @@ benchmark         loops beside each other on a set of rigs
 loops             loops that are judged together
 judgements        robustness, faults, sines and inverse, of loops
 studies           experiments and campaigns: run, residual, fit, trace, plan, retune
+commands          every other command of the command line, by its name and options
 door              functions that take a rig for a plant, and say in one line what they want
 """

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -209,6 +210,28 @@ class ClosedLoop:
         shown = f"{float(from_si(size, self.signal.unit, self.signal.si)):g} {self.signal.unit}"
         response = np.asarray(sine.response[self.signal.name], complex)
         return ClosedLoopBode(name, self.signal, linear, sine.f, response, sine, shown)
+
+    def code(self, folder: str | Path, linear: bool = False) -> str:
+        """Leave the controller in a new folder, as `jackbench coefficients --out` does: C, Structured Text, JSON, .mat,
+        and a program that runs it at a rig behind a wire; a sentence that says so.
+
+        `linear`: its linear view at mid stroke alone. Raises InputError for a controller that only computes in Python.
+        """
+        from ..commands.coefficients.folder import leave_laws
+        from ..commands.coefficients.laws import exported
+
+        laws, notes = exported(self.rig, [self.controller], linear)
+        if not laws:
+            raise InputError("; ".join(notes))
+        return leave_laws(Path(folder), self.rig, laws)
+
+    def fmu(self, folder: str | Path) -> str:
+        """Leave the loop in a new folder as an FMU, as `jackbench fmu` does; a sentence that says so."""
+        from ..commands.fmu.archive import leave_fmu
+        from ..commands.fmu.model import fmu_model
+
+        name = f"{self.rig.name}-{self.controller.name}.fmu"
+        return leave_fmu(Path(folder), name, fmu_model(with_delay(self.rig, self.delay), self.controller))
 
     def _amplitude(self, amplitude: Quantity) -> float:
         if isinstance(amplitude, str) and amplitude.rstrip().endswith("%"):

@@ -1,9 +1,10 @@
 """The laws of an experiment in the forms that are exported."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...base.errors import InputError
+from ...control.controller_spec import ControllerSpec
 from ...control.export import Coefficients, coefficients
 from ...control.export.program import Program, program_of
 from ...control.protocol import Controller
@@ -11,7 +12,6 @@ from ...linear import Equilibrium, equilibrium
 from ...loop.sampled_lanes import sampled_lane
 from ...plant import Plant, build
 from ...rigs.rig import Rig
-from ..common.step_experiment import StepConfig
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class Exported:
     sections: Coefficients | str
 
 
-def exported(config: StepConfig, linear: bool) -> tuple[list[Exported], list[str]]:
-    """The controllers of an experiment, `linear`: by their linear view alone; and a sentence for each that is not."""
-    laws, notes, period = [], [], config.rig.period.value
-    at = mid_stroke(config.rig)[2]
-    for spec in config.controllers:
+def exported(rig: Rig, specs: Sequence[ControllerSpec], linear: bool) -> tuple[list[Exported], list[str]]:
+    """Controllers for a rig, `linear`: by their linear view alone; and a sentence for each that is not exported."""
+    laws, notes, period = [], [], rig.period.value
+    at = mid_stroke(rig)[2]
+    for spec in specs:
         controller = spec.build(period)
         try:
             program = program_of(spec.name, controller, linear, at)

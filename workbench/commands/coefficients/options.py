@@ -25,7 +25,7 @@ def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
     from ...control.export import as_json, as_text
     from .laws import exported
 
-    laws, notes = exported(config, options.linear)
+    laws, notes = exported(config.rig, config.controllers, options.linear)
     if not laws:
         raise InputError("; ".join(notes))
     if options.out is not None:

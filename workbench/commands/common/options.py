@@ -4,15 +4,16 @@ import argparse
 import shlex
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.cores import cores
 from ...base.errors import InputError
 from ...base.files import check_place
-from .outcome import Outcome, Progress, Stage, leave
+from .outcome import Outcome, Progress, Stage, leave, no_checkpoint
 
 if TYPE_CHECKING:
     from ...base.process_pool import Jobs
@@ -83,8 +84,26 @@ def on_link(command: argparse.ArgumentParser, required: bool) -> None:
     command.add_argument("--token", default="", help="the token that the rig asks for")
 
 
+_OUTCOMES: ContextVar[list[Outcome] | None] = ContextVar("outcomes", default=None)
+
+
+@contextmanager
+def no_folder() -> Iterator[list[Outcome]]:
+    """Within, commands leave folders only where they are asked for files; the outcomes of those that computed."""
+    outcomes = list[Outcome]()
+    token = _OUTCOMES.set(outcomes)
+    try:
+        yield outcomes
+    finally:
+        _OUTCOMES.reset(token)
+
+
 def finish(options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: Study) -> Outcome:
     """Compute in DIR.partial, then rename it."""
+    outcomes, files = _OUTCOMES.get(), (getattr(options, place, None) for place in ("out", "picture", "pdf"))
+    if outcomes is not None and not any(files):
+        outcomes.append(study(no_checkpoint, lambda _: None))
+        return outcomes[-1]
     return finish_in_folder(options, words, name, identity, lambda run, progress: study(run.stage, progress))
 
 
@@ -106,6 +125,8 @@ def finish_in_folder(
     with open_run(out, identity, options.force) as run:
         outcome = study(run, progress)
         page = leave(run, outcome, identity, shlex.join(words))
+    if (outcomes := _OUTCOMES.get()) is not None:
+        outcomes.append(outcome)
     index = write_index(out.resolve().parent)
     if options.picture and outcome.drawing.picture:
         from ...report import page_looks

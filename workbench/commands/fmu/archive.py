@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from hashlib import sha256
+from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +18,7 @@ from ...control.export.program import identifier
 from ...engine.engine import ATTEMPTS, FIRST_STEP, TOLERANCE
 from ...engine.rosenbrock import SMALLEST
 from ...engine.sampled_law import OUT
+from ..common.new_folder import write_folder
 from .compiler import compiler
 from .description import SOURCES, model_description
 from .model import FmuModel
@@ -24,6 +26,13 @@ from .model import FmuModel
 _HERE = Path(__file__).parent
 _PLATFORMS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib"), "Windows": ("win64", ".dll")}
 _FLAGS = ("-std=c99", "-O1", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+
+
+def leave_fmu(folder: Path, name: str, model: FmuModel) -> str:
+    """A new folder with the file of a model; what it is, for people."""
+    write_folder(folder, {name: fmu(model, version("jackbench"))})
+    inputs = ", ".join(variable.name for variable in model.inputs)
+    return f"{folder / name}: {inputs} in, {len(model.outputs)} signals out"
 
 
 def fmu(model: FmuModel, version: str) -> bytes:

@@ -1,7 +1,6 @@
 """`jackbench fmu RIG`: its arguments."""
 
 import argparse
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +8,7 @@ from ...base.errors import InputError
 from ...rigs.platform import Platform, is_platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from ..common.new_folder import check_new, write_folder
+from ..common.new_folder import check_new
 from ..common.shipped import experiment
 from .compiler import compiler
 
@@ -31,16 +30,13 @@ def _fmu(options: argparse.Namespace, _words: list[str]) -> None:
     rig, spec = _loop(options) if options.controller else (_subject(options.rig), None)
     folder = options.out or Path(f"{rig.name}-fmu")
     check_new(folder)
-    from .archive import fmu
+    from .archive import leave_fmu
     from .model import fmu_model
     from .platform import platform_model
 
     model = platform_model(rig) if isinstance(rig, Platform) else fmu_model(rig, spec)
     name = f"{rig.name}-{spec.name}.fmu" if spec else f"{rig.name}.fmu"
-    write_folder(folder, {name: fmu(model, version("jackbench"))})
-    print(
-        f"{folder / name}: {', '.join(variable.name for variable in model.inputs)} in, {len(model.outputs)} signals out"
-    )
+    print(leave_fmu(folder, name, model))
 
 
 def _subject(name: str) -> Rig | Platform:
