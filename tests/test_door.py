@@ -273,8 +273,9 @@ WRONG = {"nothing": None, "a number": 3, "an object": object(), "a list": [1], "
 
 @pytest.mark.parametrize("name", [name for name in dir(wb) if isinstance(getattr(wb, name), FunctionType)])
 @pytest.mark.parametrize("wrong", [*WRONG, "a rig", "a plant"])
-def test_every_function_says_in_one_line_what_it_wants(name, wrong):
+def test_every_function_says_in_one_line_what_it_wants(name, wrong, tmp_path, monkeypatch):
     """It takes the thing, or refuses it as bad input; nothing else is raised."""
+    monkeypatch.chdir(tmp_path)
     function, rig = getattr(wb, name), wb.load_rig("jack-10t")
     thing = {**WRONG, "a rig": rig, "a plant": wb.build(rig)}[wrong]
     needed = [p for p in signature(function).parameters.values() if p.default is p.empty and p.kind in POSITIONAL]
