@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from workbench.control.controller_type import ControllerType
 
-    from .switched import Switched
+    from .switched import Switched as Switched
 
     AccelerationFeedback: ControllerType
     AmplitudePhase: ControllerType
@@ -91,36 +91,7 @@ _FILES = {
     "VelocityCompensation": "velocity",
 }
 
-__all__ = [
-    "AccelerationFeedback",
-    "AmplitudePhase",
-    "Automatic",
-    "Crone1",
-    "Crone2",
-    "Crone3",
-    "Dither",
-    "FeedForward",
-    "FlowFeedForward",
-    "ForceLag",
-    "FractionalPid",
-    "LapInverse",
-    "LinearCrone",
-    "LinearCrone1",
-    "LinearLqg",
-    "LinearMpc",
-    "Lqg",
-    "Mpc",
-    "OnMeasuredMode",
-    "P",
-    "PidLead",
-    "Policy",
-    "PolicyOn",
-    "PressureFeedback",
-    "Shaping",
-    "Switched",
-    "Tvc",
-    "VelocityCompensation",
-]
+__all__ = ["Switched", *_FILES]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

@@ -17,7 +17,6 @@ from workbench.commands.robustness.study import run_robustness
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.lane_laws import lane_laws
-from workbench.loop.lane_metrics import hunting_lanes
 from workbench.loop.margins import LaneMargins, LoopLanes, linear_loop
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.robustness import workers
@@ -26,6 +25,7 @@ from workbench.loop.robustness.drawn_plants import plants_by_block
 from workbench.loop.robustness.linear_loops import linear_loops, places
 from workbench.loop.rows import MOVING
 from workbench.loop.sampled_lanes import sampled_lanes
+from workbench.loop.step_metrics import hunting_lanes
 from workbench.plant import build
 from workbench.report import Table
 from workbench.rigs.number import Number

@@ -20,7 +20,7 @@ describing_function, sine_points, sine_margins    closed-loop frequency response
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise
 energy, moving_end        energy from the supply; force error of a specimen's moving far end
 compute_time              how long a controller computes
-batch, lane_metrics, lane_laws    loops of laws on many plants at once
+batch, lane_laws    loops of laws on many plants at once
 learning, repeated_record    a drive file learned by repeating a record
 lane_learning, repeated_lanes    the same on many plants at once
 sines                     amplitude, phase and harmonics of sines; the controller that corrects them

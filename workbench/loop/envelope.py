@@ -13,13 +13,13 @@ from ..linear import Equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
 from .batch import play_lanes
-from .lane_metrics import hunting_lanes, step_lanes
 from .limits import POSITIONS
 from .margins import LaneMargins
 from .plant_lanes import PlantLanes, drawn_evenly, joined, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario
 from .sensors import settling_band
+from .step_metrics import hunting_lanes, settling_times
 
 HUNTING = 0.002  # of the step, peak to peak over the last 0.3 s: a loop that swings by more hunts
 _REST = 0.3  # s: at rest
@@ -234,13 +234,13 @@ def steps(
     late = t >= arrives - 1e-9
     band = settling_band(rig, scenario.signal, scenario.size)
     size = scenario.size or band
-    metrics = step_lanes(period, moved[:, late], np.full(len(y), scenario.size - size), size, band)
+    settling = settling_times(t[: late.sum()], moved[:, late], np.full(len(y), scenario.size), band)
     off = moved - scenario.reference(t)
     error = np.abs(off)
     calm = hunting_lanes(period, y[:, -len(t) :], size, HUNTING if scenario.size else 1.0)
     return EnvelopeSteps(
         lanes.names,
-        np.where(tripped, np.nan, metrics.settling),
+        np.where(tripped, np.nan, settling),
         np.maximum(np.max(moved / size - 1, axis=1), 0.0) * 100 if scenario.size else np.zeros(len(y)),
         error[:, late].sum(axis=1) * period,
         error[:, late].max(axis=1),

@@ -10,8 +10,8 @@ from ...linear import Equilibrium
 from ...linear.frequency_response import SteppedSine
 from ...loop.describing_function import closed_loop_sine, sampled_frequencies
 from ...loop.envelope import HUNTING
-from ...loop.lane_metrics import hunting_lanes
 from ...loop.plant_lanes import PlantLanes
+from ...loop.step_metrics import hunting_lanes
 from ..common.experiment import BodeConfig
 from .view import Task, band_of, machine_code, step_part
 

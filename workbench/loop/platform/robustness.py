@@ -11,7 +11,6 @@ from ...control.platform_law import PlatformLaw, platform_law
 from ...rigs.platform import AXES
 from .. import step_metrics as metrics
 from ..envelope import HUNTING
-from ..lane_metrics import hunting_lanes
 from .compiled import CompiledPlatform
 from .drawn import DrawnPlatform
 from .legs import LegSensors
@@ -73,7 +72,7 @@ def step_columns(
     axes = [plant.state(axis) for axis in AXES]
     size, period = abs(step.size) * weights[step.axis], setup.platform.period
     hunting = [
-        hunting_lanes(period, calm[:, :, axis] * weight, size, HUNTING)
+        metrics.hunting_lanes(period, calm[:, :, axis] * weight, size, HUNTING)
         for axis, weight in zip(axes, weights, strict=True)
     ]
     chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]

@@ -12,9 +12,9 @@ from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller, graph_law
 from ..batch import Lanes, play_lanes
 from ..envelope import HUNTING
-from ..lane_metrics import hunting_lanes, step_lanes
 from ..margins import LaneMargins
 from ..sensors import settling_band
+from ..step_metrics import hunting_lanes, overshoots, settling_times
 from .drawn_plants import DrawnPlants, plants_by_block
 from .linear_loops import Place, linear_loops, places, worst_places
 from .problem import RobustnessProblem
@@ -125,15 +125,17 @@ def played_steps(
     reference, began = np.repeat(levels, [k - 1] * problem.moves + [k]), process_time()
     at = plants.points["null"], plants.draw.p
     run = partial(play, *at, reference, first=plants.block.start)
-    parts, remembered = [], []
+    parts, remembered, t = [], [], np.arange(k) * period
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
     for _, lanes in run((signal, *chambers), problem.conditions.noise):
         y = lanes.signals[signal]
-        step = step_lanes(period, y[:, -k:], y[:, 0] + levels[-1] - size, size, band)
+        last, before = y[:, -k:], y[:, 0] + levels[-1] - size
+        target = before + size
+        settling, overshoot = settling_times(t, last, target, band), overshoots(last, target, size)
         lowest = np.full(len(y), np.nan)
         for name in chambers:
             lowest = lanes.signals[name].min(axis=1)
-        parts.append((step.settling, step.overshoot, lanes.trip, lanes.failed, lowest))
+        parts.append((settling, overshoot, lanes.trip, lanes.failed, lowest))
         remembered += [] if lanes.remembered is None else [lanes.remembered]
     took = process_time() - began
     settling, overshoot, trip, failed, lowest = (np.concatenate(part) for part in zip(*parts, strict=True))
