@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -14,11 +15,15 @@ from workbench.commands.run.config import load_config
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.control.law import LawController, static_law
 from workbench.control.platform_controller import PlatformController
-from workbench.engine.guard_coupling import coupling
-from workbench.engine.guard_shape import BESIDE, TRIPS
+from workbench.control.platform_law import direct_law
+from workbench.engine.guard_coupling import COUPLED, coupled
+from workbench.engine.guard_shape import BESIDE, TRIPS, packed
+from workbench.engine.guard_steps import GuardSteps
+from workbench.engine.instant import controller_instant
 from workbench.loop.guard_numbers import guard_numbers, guard_shape, left_to_brake
 from workbench.loop.platform import platform_setup, run_platform
-from workbench.loop.platform.coupling import coupling_numbers
+from workbench.loop.platform.compiled import CompiledPlatform, coupling_numbers
+from workbench.loop.platform.legs import LegSensors
 from workbench.rigs.platform import AXES, leg_speeds
 from workbench.rigs.rig_file import load_rig
 
@@ -106,17 +111,52 @@ def test_sound_motions_near_the_limits_do_not_trip(setup):
             assert run_platform(setup, controller, pose, 1).tripped is None, (axis, spec.name)
 
 
+def test_without_pressures_each_guard_is_that_of_a_jack(setup):
+    """They alone tell what the other legs do to one. Where one trips, the others brake, too."""
+    every = LegSensors.of(setup, (), False)
+    own = every.picked(("position",))
+    only = {name: getattr(every, name)[:, own] for name in ("noise", "resolution", "places")}
+    loop = CompiledPlatform(setup, replace(every, names=("position",), **only), direct_law())
+    instant, guard, still = controller_instant(loop.shape), loop.shape.guard, np.zeros(6)
+    state, numbers, size = loop.memory(still, np.zeros(0)), loop.numbers(still), len(loop.memory(still, np.zeros(0)))
+    jacks = [
+        GuardSteps(guard, packed(guard.numbers, **guard_numbers(rig, guard, (), False, carried)))
+        for rig, carried in zip(setup.guarded, setup.carried, strict=True)
+    ]
+    middle, random = np.array([rig.middle for rig in setup.guarded]), np.random.default_rng(0)
+    sent, trips, alone = still, still, list[tuple[float, int]]()
+    for k in range(300):
+        position, demanded = middle + 0.05 * np.sin(0.01 * k + np.arange(6)), random.uniform(-1.2, 1.2, 6)
+        position[2] += 0.5 * (k == 299)
+        for jack, at, command in zip(jacks, position, sent, strict=True):
+            jack.watch({"position": at}, command, np.nan)
+        alone = [jack.limit(u, command) for jack, u, command in zip(jacks, demanded, sent, strict=True)]
+        found = np.array(instant(state, np.concatenate((middle, demanded, position)), numbers)).ravel()
+        state, sent, trips = found[:size], found[size : size + 6], found[-6:]
+        if k < 299:
+            assert sent == pytest.approx([command for command, _ in alone], abs=1e-12)
+    assert [trip for _, trip in alone] == [0, 0, trips[2], 0, 0, 0]
+    assert trips[2] > 0
+    assert set(np.delete(trips, 2)) == {BESIDE}
+
+
+def coupling(numbers, speeds, pressed):
+    """What the guards compute of it, accelerations and decelerations [6]."""
+    q = {name: ca.DM(numbers[place]) for name, place in COUPLED.items()}
+    return (np.array(part).ravel() for part in coupled(q, ca.DM(speeds), ca.DM(pressed)))  # type: ignore[arg-type]
+
+
 def test_legs_that_are_alike_brake_a_mode_with_its_mass(setup):
     """Along a direction that decouples, every push is that of one mass; braking leaves room for a heavier payload."""
     numbers, still, along = coupling_numbers(setup), np.zeros(6), setup.directions[:, 2]
     loads = np.array([carried.load for carried in setup.carried])
-    accelerated, _ = (np.array(part).ravel() for part in coupling()(numbers, still, loads + 1e4 * along))
+    accelerated, _ = coupling(numbers, still, loads + 1e4 * along)
     assert accelerated == pytest.approx(1e4 * along / setup.masses[2], rel=1e-6)
-    _, braked = (np.array(part).ravel() for part in coupling()(numbers, 2.0 * along, loads))
+    _, braked = coupling(numbers, 2.0 * along, loads)
     left = left_to_brake(setup.guarded[0], setup.carried[0])
     assert 0.7 * left / setup.masses[2] < braked.min()
     assert braked.max() < left / setup.masses[2]
-    _, slowest = (np.array(part).ravel() for part in coupling()(numbers, still, np.full(6, np.nan)))
+    _, slowest = coupling(numbers, still, np.full(6, np.nan))
     assert slowest == pytest.approx(left / setup.masses.max(), rel=1e-6)
 
 

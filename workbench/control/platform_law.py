@@ -43,12 +43,13 @@ def platform_law(controller: PlatformController) -> PlatformLaw | None:
 
 
 @cache
-def direct_law() -> PlatformLaw:
-    """No law: the feed-forward is what is demanded of the jacks."""
-    x, s, o, q = (ca.SX.sym(name, size) for name, size in (("x", 0), ("s", 2 * LEGS), ("o", LEGS), ("q", 0)))
-    output = ca.Function("output", [x, s, o, q], [s[LEGS:]])
+def direct_law(measures: tuple[str, ...] = ()) -> PlatformLaw:
+    """No law: the feed-forward is what is demanded of the jacks, whatever is measured."""
+    sizes = {"x": 0, "s": LEGS * (2 + len(measures)), "o": LEGS, "q": 0}
+    x, s, o, q = (ca.SX.sym(name, size) for name, size in sizes.items())
+    output = ca.Function("output", [x, s, o, q], [s[LEGS : 2 * LEGS]])
     advance = ca.Function("advance", [x, s, ca.SX.sym("v", LEGS), o, q], [x])
-    return PlatformLaw(LawGraphs(output, advance), np.zeros(0), (), _from_nothing)
+    return PlatformLaw(LawGraphs(output, advance), np.zeros(0), measures, _from_nothing)
 
 
 def _from_nothing(signals: np.ndarray, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

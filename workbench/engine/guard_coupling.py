@@ -4,17 +4,12 @@ With the inertia H [6, 6] of the legs, forces per acceleration, a platform whose
 with forces H v/T, where T is the time in which it stops. The leg of which that asks most of what it has left says T.
 """
 
-from collections.abc import Mapping
-from functools import cache
-from typing import TypeVar
-
 import casadi as ca
 
 from .guard_motion import Parts, is_finite
-from .guard_shape import length, places
+from .guard_shape import places
 
 LEGS = 6
-T = TypeVar("T", float, ca.SX)
 COUPLED = places(inertia=LEGS**2, mobility=LEGS**2, load=LEGS, drag=LEGS, left=LEGS, least=LEGS)
 _KNOWN = 0.75  # of the deceleration along its way that a payload other than the declared one is taken to leave
 _STILL = 1e-9  # kg m/s: nothing to brake
@@ -34,14 +29,6 @@ def coupled(q: Parts, speeds: ca.SX, pressed: ca.SX) -> tuple[ca.SX, ca.SX]:
     return mobility @ push, ca.fmax(q["least"], _KNOWN * rate * ca.fabs(speeds))
 
 
-def told(q: Mapping[str, T], acceleration: T, braking: T) -> dict[str, T]:
+def told(q: Parts, acceleration: ca.SX, braking: ca.SX) -> dict[str, ca.SX]:
     """The numbers of a leg's guard that go by what the others do, of its own ones."""
     return {"pushed": acceleration, "braking": braking, "fade": braking * q["opening"] * q["period"]}
-
-
-@cache
-def coupling() -> ca.Function:
-    """(numbers, speeds, pressed) -> (accelerations, decelerations)."""
-    q, speeds, pressed = ca.SX.sym("q", length(COUPLED)), ca.SX.sym("v", LEGS), ca.SX.sym("f", LEGS)
-    parts = {name: q[place] for name, place in COUPLED.items()}
-    return ca.Function("coupling", [q, speeds, pressed], list(coupled(parts, speeds, pressed)))

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from .buffered import BufferedFunction
-from .guard_coupling import told
 from .guard_rules import graphs
 from .guard_shape import GuardShape
 
@@ -15,7 +14,7 @@ class GuardSteps:
 
     def __init__(self, shape: GuardShape, numbers: np.ndarray) -> None:
         self._read, self._numbers = shape.read, np.array(numbers, float)
-        self._trip, self._speed, self._places = shape.state["trip"].start, shape.state["v"].start, shape.numbers
+        self._trip, self._speed = shape.state["trip"].start, shape.state["v"].start
         watch, limit = graphs(shape)
         self._state = np.zeros(watch.numel_in(0))
         self._readings, self._command, self._demanded, self._reference = np.zeros(len(shape.read)), *np.zeros((3, 1))
@@ -31,16 +30,6 @@ class GuardSteps:
     def speed(self) -> float:
         """The speed [m/s] that the readings say."""
         return float(self._state[self._speed])
-
-    def couple(self, acceleration: float, braking: float) -> None:
-        """What the other legs of a platform do to it from now on, see guard_coupling."""
-        own = {name: float(self._numbers[self._places[name].start]) for name in ("opening", "period")}
-        for name, value in told(own, acceleration, braking).items():
-            self._numbers[self._places[name]] = value
-
-    def trip(self, number: int) -> None:
-        """Stop with a trip of this number, unless one has stopped it already."""
-        self._state[self._trip] = self._state[self._trip] or number
 
     def watch(self, measurement: Mapping[str, float], command: float, reference: float) -> int:
         """Read the signals (SI, NaN where one is missing) while the drive holds a command, and the position should be

@@ -39,12 +39,16 @@ def instant(plant: Plant, shape: LawShape) -> ca.Function:
 
 
 def controller_instant(shape: LawShape) -> ca.Function:
-    """(state, row, numbers) -> (state after, sent, demanded, trip): an instant of law and guard alone, whose readings
-    come from outside. A row is the reference and those to come, the added command, and the readings of `shape.read`."""
-    vectors = (shape.state, places(reference=1 + shape.ahead, added=1, readings=len(shape.read)), shape.numbers)
+    """(state, row, numbers) -> (state after, sent, demanded, trip): an instant of law and guards alone, whose readings
+    come from outside. A row is the references and those to come, the added commands, and the readings of `shape.read`,
+    one jack after the other."""
+    jacks, read = shape.jacks, len(shape.read)
+    inputs = places(reference=jacks * (1 + shape.ahead), added=jacks, readings=jacks * read)
+    vectors = (shape.state, inputs, shape.numbers)
     state, row, numbers = (ca.SX.sym(name, length(of)) for name, of in zip("srq", vectors, strict=True))
     s, r, q = (parts(vector, of) for vector, of in zip((state, row, numbers), vectors, strict=True))
-    law = _law(shape, s, r, q, [{name: r["readings"][i] for i, name in enumerate(shape.read)}])
+    own = (r["readings"][jack * read : (jack + 1) * read] for jack in range(jacks))
+    law = _law(shape, s, r, q, [{name: values[i] for i, name in enumerate(shape.read)} for values in own])
     kept = {name: s[name] for name in shape.state} | {
         "held": law["sent"], "command": law["sent"], "guard": law["guard"], "law": law["state"]
     }  # fmt: skip

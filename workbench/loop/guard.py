@@ -4,9 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
-from ..engine.guard_shape import BESIDE, packed
+from ..engine.guard_shape import packed
 from ..rigs.rig import Rig
-from .carried import Carried
 from .guard_numbers import guard_numbers, guard_shape, trip_reason
 
 if TYPE_CHECKING:
@@ -21,15 +20,12 @@ class Guard:
     controller needs beside those of the rules; `noisy` says that sensors have noise and resolution, without which
     repeated readings mean nothing. Reset the guard at the start of a loop. A trip latches: from then on the command
     goes to the opening that brakes the jack, and from there to 0 at a rate that keeps its force below the limit.
-    `carried`: by a leg of a platform.
     """
 
     safe = 0.0
 
-    def __init__(
-        self, rig: Rig, measures: Sequence[str] = (), noisy: bool = False, carried: Carried | None = None
-    ) -> None:
-        self._rig, self._measures, self._noisy, self._carried = rig, tuple(measures), noisy, carried
+    def __init__(self, rig: Rig, measures: Sequence[str] = (), noisy: bool = False) -> None:
+        self._rig, self._measures, self._noisy = rig, tuple(measures), noisy
         self._rules: GuardSteps | None = None
         self.reset(self.safe)
 
@@ -46,26 +42,15 @@ class Guard:
         """The speed [m/s] that readings say so far."""
         return self._rules.speed if self._rules else 0.0
 
-    def watch(
-        self, measurement: Mapping[str, float], reference: float = nan, coupled: tuple[float, float] | None = None
-    ) -> None:
+    def watch(self, measurement: Mapping[str, float], reference: float = nan) -> None:
         """Trip, with the reason in `tripped`, on a lost or non-finite signal or one beyond the rig's limits (SI), or
-        where the position stays too far from the `reference` of a loop that controls it. `coupled`: of a leg, how all
-        legs accelerate it and how fast they brake it, m/s^2."""
+        where the position stays too far from the `reference` of a loop that controls it."""
         lost = self._lost(measurement)
         if self._rules is None:
             self._rules = self._steps(measurement)
-        if coupled:
-            self._rules.couple(*coupled)
         trip = self._rules.watch(measurement, self._command, reference)
         if self.tripped is None and trip:
             self.tripped = lost or trip_reason(self._rig, trip)
-
-    def stop_beside(self) -> None:
-        """Trip, for the guard of another leg has; one that tripped by itself keeps its reason."""
-        if self.tripped is None and self._rules:
-            self._rules.trip(BESIDE)
-            self.tripped = trip_reason(self._rig, BESIDE)
 
     def limit(self, demanded: float, failure: str | None = None) -> float:
         """The command [1] that the drive gets for the demanded one: limited in size and rate, safe after a trip.
@@ -88,6 +73,6 @@ class Guard:
     def _steps(self, signals: Iterable[str]) -> "GuardSteps":
         from ..engine.guard_steps import GuardSteps  # here: what only reads an experiment needs no graph
 
-        shape = guard_shape(self._rig, tuple(signals), self._measures, self._carried)
-        numbers = guard_numbers(self._rig, shape, self._measures, self._noisy, self._carried)
+        shape = guard_shape(self._rig, tuple(signals), self._measures)
+        numbers = guard_numbers(self._rig, shape, self._measures, self._noisy)
         return GuardSteps(shape, packed(shape.numbers, **numbers))

@@ -11,6 +11,7 @@ from ...base.checkpoint import Progress, Stage, within
 from ...identify.wrench.leg_cut import CutLeg, cut_legs, whole_campaigns
 from ...records import Campaign
 from ...records.fingerprint import fingerprint
+from ...report import Curve, Figure, Mark, Panel
 from ...rigs.platform import LEGS, Platform, load_platform
 from .outcome import Outcome
 
@@ -38,6 +39,18 @@ def leg_campaigns(options: argparse.Namespace, name: str) -> LegCampaigns:
     """Those of a platform's campaign folder. Raises InputError."""
     platform, whole = load_platform(name), whole_campaigns(options.campaign, options.heldout)
     return LegCampaigns(platform, whole, cut_legs(platform, whole))
+
+
+def chi2_figure(
+    curves: Mapping[str, tuple[Sequence[float | None], str]],
+    marks: Sequence[Mark] = (),
+    ends: tuple[float, float] | None = None,
+) -> Figure:
+    """Held-out chi2 of every leg [6], by name with its colour; `ends` of a logarithmic axis."""
+    places = np.arange(1.0, LEGS + 1)
+    drawn = [Curve(name, places, np.array(chi2, float), "markers", color) for name, (chi2, color) in curves.items()]
+    panel = Panel("held-out chi2 [1]", drawn, log_y=ends is not None, y_range=ends, marks=marks)
+    return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(LEGS)])
 
 
 def of_leg(stage: Stage, progress: Progress, number: int) -> tuple[Stage, Progress]:

@@ -12,12 +12,12 @@ from ...identify.found.legs import mean_known
 from ...identify.wrench.balance import NUMBERS
 from ...identify.wrench.fitted import PayloadFit, fit_payload
 from ...identify.wrench.leg_cut import payload_problem
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Figure, Page, Section, Table
 from ...rigs.platform import LEGS, Leg, Platform
 from ...rigs.platform.platform_file import platform_files
 from ...rigs.rig import Rig
 from ..common.error_page import GIVEN
-from ..common.legs import LegCampaigns, leg_tables, of_leg
+from ..common.legs import LegCampaigns, chi2_figure, leg_tables, of_leg
 from ..common.outcome import Outcome
 from .study import FitAnswer, fit_campaign
 
@@ -138,7 +138,7 @@ def _page(platform: Platform, payload: PayloadFit, metrics: Mapping[str, Any], c
     (mass, low, high), left = parameters["mass [kg]"], 100 * max(metrics["wrench_left"])
     verdict = f"The payload is {mass:.5g} kg ({low:.5g} to {high:.5g}); its wrench leaves {left:.2g} %. "
     verdict += legs_sentence(metrics["legs"], shared)
-    picture = _by_leg(metrics)
+    picture = chi2_figure({"as fitted": ([leg["chi2"]["heldout"] for leg in metrics["legs"]], GIVEN)})
     sections = [Section("Payload", [own]), Section("Legs", [picture, common])]
     return Page(f"{platform.name} fitted to {campaign}: payload and legs", verdict, sections), picture
 
@@ -166,9 +166,3 @@ def _chi2(value: float | None) -> str:
 
 def _head(leg: Mapping[str, Any]) -> str:
     return f"leg {leg['leg']}" if leg["follows"] else f"leg {leg['leg']}, apart"
-
-
-def _by_leg(metrics: Mapping[str, Any]) -> Figure:
-    chi2 = np.array([leg["chi2"]["heldout"] for leg in metrics["legs"]], float)
-    panel = Panel("held-out chi2 [1]", [Curve("as fitted", np.arange(1.0, LEGS + 1), chi2, "markers", GIVEN)])
-    return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(LEGS)])

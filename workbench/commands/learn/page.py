@@ -1,7 +1,8 @@
 """What a learning experiment shows: that it converges, how the error falls, and the drives."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...base.units import from_si
 from ...loop.learning import Learned, LearningFilter, rms
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
-from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
+from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
 from ..common.record_experiment import RecordExperiment
 from .config import LearnConfig
 from .drawn import DrawnLearning, drawn_sections
@@ -96,11 +97,7 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
 def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
     record = config.record
-    curves = []
-    for name, each in learned.items():
-        kept = [(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]
-        numbers, errors = np.array(kept).T
-        curves.append(Curve(name, numbers, shown(record, errors)))
+    curves = [kept_errors(name, each, partial(shown, record)) for name, each in learned.items()]
     floor = float(shown(record, max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
     panel = Panel(f"RMS error [{record.signal.unit}]", curves, log_y=True, marks=marks)
@@ -205,23 +202,43 @@ def _contraction(convergence: Convergence) -> Figure:
 
 
 def _time(record: RecordExperiment, learned: Learned) -> Figure:
-    first, best, t = learned.iterations[0], learned.best, record.rig.period.value * np.arange(len(learned.reference))
+    waves = (learned.reference, learned.best.drive, learned.iterations[0].true, learned.best.true)
+    signal, command = record.signal, learned.best.command
+    period, told = record.rig.period.value, "true values, without the sensor's noise"
+    return record_figure(
+        "The record", (signal.label, signal.unit), period, [shown(record, each) for each in waves], command, told
+    )
 
-    def curve(name: str, values: np.ndarray, style: Any = "line") -> Curve:
-        return Curve(name, t[: len(values)], shown(record, values), style)
 
-    signal = record.signal.label
-    errors = {"first": first, "learned": best}
-    left = [curve(name, learned.reference[: len(i.true)] - i.true) for name, i in errors.items()]
+def record_figure(
+    title: str,
+    of: tuple[str, str],
+    period: float,
+    waves: Sequence[np.ndarray],
+    command: np.ndarray,
+    note: str,
+    commanded: str = "command [1]",
+) -> Figure:
+    """What was wanted, the drive learned, and what the first and the best iteration did, `waves` [k] each in the unit
+    that people read; `of`: the label of the signal, and that unit."""
+    wanted, drive, first, best = waves
+
+    def curve(name: str, values: np.ndarray, style: Style = "line") -> Curve:
+        return Curve(name, np.arange(len(values)) * period, values, style)
+
+    left = [curve(name, wanted[: len(true)] - true) for name, true in (("first", first), ("learned", best))]
     panels = [
-        Panel(
-            signal,
-            [curve("reference", learned.reference, "dot"), curve("drive", best.drive), curve("learned", best.true)],
-        ),
-        Panel(f"error [{record.signal.unit}]", left),
-        Panel("command [1]", [Curve("learned", t[: len(best.command)], best.command)]),
+        Panel(of[0], [curve("reference", wanted, "dot"), curve("drive", drive), curve("learned", best)]),
+        Panel(f"error [{of[1]}]", left),
+        Panel(commanded, [curve("learned", command)]),
     ]
-    return Figure("The record", "time [s]", panels, note="true values, without the sensor's noise")
+    return Figure(title, "time [s]", panels, note=note)
+
+
+def kept_errors(name: str, learned: Learned, scale: Callable[[np.ndarray], np.ndarray]) -> Curve:
+    """RMS of the measured error over the iterations that were kept, scaled to the unit that people read."""
+    numbers, errors = np.array([(n, learned.error(i)) for n, i in enumerate(learned.iterations) if i.kept]).T
+    return Curve(name, numbers, scale(errors))
 
 
 def _spectrum(record: RecordExperiment, convergence: Convergence, learned: Learned) -> Figure:

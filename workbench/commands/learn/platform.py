@@ -15,7 +15,6 @@ from ...loop.platform.learning import (
     matrix_filter,
     measured_left,
     other_left,
-    with_payload,
 )
 from ...loop.platform.measured import MatrixResponse, measured_response
 from ...loop.platform.record import check_motion
@@ -52,7 +51,7 @@ def run_platform_learning(config: PlatformLearnConfig, stage: Stage, progress: P
     players = {DECLARED: RepeatedMotion.of(spec, setup, seed)}
     for number, payload in enumerate(payloads, 1):
         progress(f"payload {number} of {len(payloads)}")
-        players[f"payload {number}"] = RepeatedMotion.of(spec, with_payload(setup, payload), seed)
+        players[f"payload {number}"] = RepeatedMotion.of(spec, setup.with_payload(payload), seed)
     progress("measure the response, 6 x 6")
     own = players[DECLARED]
     measured = MatrixResponse(

@@ -15,6 +15,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.platform import AXES
+from .page import kept_errors, record_figure
 from .platform_config import PlatformLearnConfig
 
 _MOST_PAYLOADS = 12  # that figures and tables show
@@ -80,10 +81,8 @@ def _verdict(found: PlatformLearning, metrics: Mapping[str, Any]) -> str:
 
 
 def _errors(found: PlatformLearning) -> Figure:
-    curves = []
-    for name, each in list(found.learned.items())[:_MOST_PAYLOADS]:
-        numbers, errors = np.array([(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]).T
-        curves.append(Curve(name, numbers, 1e3 * errors))
+    shown = list(found.learned.items())[:_MOST_PAYLOADS]
+    curves = [kept_errors(name, each, lambda errors: 1e3 * errors) for name, each in shown]
     floor = 1e3 * max(each.floor for each in found.learned.values())
     marks = [Mark(floor, "does not repeat")] if floor else []
     note = "RMS over all axes of the measured pose in the band of Q, angles times the radius of the joints."
@@ -162,23 +161,11 @@ def _motion(found: PlatformLearning, learned: Learned) -> Figure:
     weights, period = found.setup.platform.geometry.weights, found.setup.platform.period
     axis = int(np.argmax(np.abs(learned.reference).max(axis=0)))
     scale, unit = SHOWN[axis] / weights[axis], UNITS[axis]
-    first, best = learned.iterations[0], learned.best
-
-    def curve(name: str, values: np.ndarray, dotted: bool = False) -> Curve:
-        return Curve(name, np.arange(len(values)) * period, values, "dot" if dotted else "line")
-
-    asked = [curve("wanted", scale * learned.reference[:, axis], True), curve("drive", scale * best.drive[:, axis])]
-    asked.append(curve("learned", scale * best.true[:, axis]))
-    errors = [
-        curve(name, scale * (learned.reference[: len(i.true)] - i.true)[:, axis])
-        for name, i in {"first": first, "learned": best}.items()
-    ]
-    panels = [
-        Panel(f"{AXES[axis]} [{unit}]", asked),
-        Panel(f"error [{unit}]", errors),
-        Panel("largest command [1]", [curve("learned", np.abs(best.command).max(axis=1))]),
-    ]
-    return Figure(f"{AXES[axis].capitalize()}, declared payload", "time [s]", panels, note="true values")
+    waves = (learned.reference, learned.best.drive, learned.iterations[0].true, learned.best.true)
+    title, of = f"{AXES[axis].capitalize()}, declared payload", (f"{AXES[axis]} [{unit}]", unit)
+    command = np.abs(learned.best.command).max(axis=1)
+    waves = [scale * each[:, axis] for each in waves]
+    return record_figure(title, of, period, waves, command, "true values", "largest command [1]")
 
 
 def _axes(found: PlatformLearning, learned: Learned) -> Table:

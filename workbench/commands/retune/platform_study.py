@@ -1,5 +1,6 @@
 """What a found platform buys modal laws: those of the declared one and those that follow its modes, both on it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,14 +10,13 @@ from ...control.platform_controller import LEGS
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.rows import judge_platform, linear_numbers
 from ...loop.platform.setup import platform_setup
-from ...report import Curve, Figure, Page, Panel, Section, Table
-from ...rigs.platform import AXES
+from ...report import Figure, Page, Section, Table
 from ...rigs.platform.platform_file import platform_files
 from ..common.outcome import Outcome, Progress, Stage
+from ..run.platform_page import step_figure
 from .platform_config import PlatformRetune
 
 Runs = dict[tuple[str, str, str], PlatformRun]  # by controller, old or retuned, step
-_WATCHED = 0.4  # s: of a step in the figures
 _COLUMNS = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "cross": "other axes, worst [%]"}
 
 
@@ -102,16 +102,7 @@ def _percent(value: float | None) -> str:
 
 
 def _figure(config: PlatformRetune, runs: Runs) -> Figure:
-    """The first step: its axis, and the axis that moves most beside it, old and retuned."""
+    """The first step, old and retuned."""
     step = config.found.steps[0]
-    own, others = [], []
-    for (name, way, which), run in runs.items():
-        if which != step.name:
-            continue
-        shown = run.t <= _WATCHED
-        moved = run.pose[shown] * config.found.rig.geometry.weights
-        own.append(Curve(f"{name}, {way}", run.t[shown], 1e3 * moved[:, step.axis]))
-        beside = np.abs(np.delete(moved, step.axis, axis=1)).max(axis=1)
-        others.append(Curve(f"{name}, {way}", run.t[shown], 1e3 * beside))
-    panels = (Panel(f"{AXES[step.axis]} at the joints [mm]", own), Panel("other axes [mm]", others))
-    return Figure(f"{step.name} on the found platform", "t [s]", panels)
+    own = {f"{name}, {way}": run for (name, way, which), run in runs.items() if which == step.name}
+    return replace(step_figure(step, config.found.rig, own), title=f"{step.name} on the found platform")

@@ -1,5 +1,6 @@
 """The report of a platform: the platform as it moves, modes, steps, transfers, where it can go."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...loop.platform.reach import check_poses, largest_flow, static_forces
 from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
-from ...rigs.platform import AXES
+from ...rigs.platform import AXES, Platform
 from ..common.platform_motion import PlatformRecord
 from ..common.platform_scene import leg_labels, platform_lines
 from .platform_config import PlatformConfig
@@ -28,7 +29,10 @@ _SLOWER = 10  # times
 
 def platform_page(config: PlatformConfig, setup: PlatformSetup, findings: "PlatformFindings") -> tuple[Page, Figure]:
     """The report and its telling figure."""
-    figures = [_step_figure(step, config, findings.runs) for step in config.steps]
+    figures = [
+        step_figure(step, config.rig, {spec.name: findings.runs[spec.name, step.name] for spec in config.controllers})
+        for step in config.steps
+    ]
     scenarios = [step.name for step in config.steps]
     rows = sorted(findings.rows, key=lambda row: scenarios.index(row["scenario"]))
     page = Page(
@@ -129,16 +133,16 @@ def _cross_table(rows: list[dict[str, Any]]) -> Table:
     return Table("What the other axes do", ["scenario", "controller", *AXES], lines, note)
 
 
-def _step_figure(step: AxisStep, config: PlatformConfig, runs: dict[tuple[str, str], PlatformRun]) -> Figure:
+def step_figure(step: AxisStep, platform: Platform, runs: Mapping[str, PlatformRun]) -> Figure:
+    """A step of several loops by name: its axis, the one that moves most beside it, the largest command."""
     unit, own, others, commands = UNITS[step.axis], [], [], []
-    for spec in config.controllers:
-        run = runs[spec.name, step.name]
+    for name, run in runs.items():
         shown = run.t <= _WATCHED
         t, pose = run.t[shown], run.pose[shown] * SHOWN
-        own.append(Curve(spec.name, t, pose[:, step.axis]))
-        beside = np.delete(run.pose[shown] * config.rig.geometry.weights, step.axis, axis=1)
-        others.append(Curve(spec.name, t, 1e3 * np.abs(beside).max(axis=1)))
-        commands.append(Curve(spec.name, t, np.abs(run.sent[shown]).max(axis=1)))
+        own.append(Curve(name, t, pose[:, step.axis]))
+        beside = np.delete(run.pose[shown] * platform.geometry.weights, step.axis, axis=1)
+        others.append(Curve(name, t, 1e3 * np.abs(beside).max(axis=1)))
+        commands.append(Curve(name, t, np.abs(run.sent[shown]).max(axis=1)))
     panels = (
         Panel(f"{AXES[step.axis]} [{unit}]", own),
         Panel("other axes [mm]", others),
@@ -172,11 +176,10 @@ def _sines_table(findings: "PlatformFindings") -> Table:
     lines = []
     for name, sines in findings.sines.items():
         for sine in sines:
-            pose, acceleration = 100 * np.abs(sine.pose), 100 * np.abs(sine.acceleration)
-            worst = float(np.delete(acceleration, sine.axis).max())
-            own = float(pose[sine.axis]), float(acceleration[sine.axis])
-            beside = float(np.delete(pose, sine.axis).max())
-            lines.append([name, AXES[sine.axis], sine.hz, own[0], beside, own[1], worst, 100 * sine.distortion])
+            cells = []
+            for part in (100 * np.abs(sine.pose), 100 * np.abs(sine.acceleration)):
+                cells += [float(part[sine.axis]), float(np.delete(part, sine.axis).max())]
+            lines.append([name, AXES[sine.axis], sine.hz, *cells, 100 * sine.distortion])
     heads = ["controller", "axis", "Hz", "pose [%]", "largest other [%]", "acceleration [%]", "largest other [%] "]
     note = (
         "First harmonics over what was asked for, on the whole plant; distortion: harmonics 2 to 7 of the acceleration."

@@ -8,9 +8,10 @@ from ...base.words import listed
 from ...identify.found.legs import NAMING, Answer, suspected
 from ...identify.found.wrench import WrenchAnswer
 from ...identify.trace.rule import gate
-from ...report import Curve, Figure, Mark, Page, Panel, Scene, Section, Table
+from ...report import Figure, Mark, Page, Scene, Section, Table
 from ...rigs.platform import Platform
 from ..common.error_page import AFTER, BEFORE
+from ..common.legs import chi2_figure
 from ..common.platform_scene import leg_labels, platform_lines
 from .answer import TraceAnswer
 from .payload import payload_numbers, payload_sentence, payload_table
@@ -51,17 +52,11 @@ def legs_page(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceA
 
 def _by_leg(answers: Sequence[TraceAnswer]) -> Figure:
     """chi2 of every leg before and after; the gate above which a leg is searched."""
-    places = np.arange(1.0, len(answers) + 1)
-    before, after = (np.array([answer.chi2[key] or np.nan for answer in answers], float) for key in ("before", "after"))
+    before, after = ([answer.chi2[key] or np.nan for answer in answers] for key in ("before", "after"))
     gates = [gate(answer.trace.problem.deviation(answer.trace.heldout[0].samples)) for answer in answers]
-    curves = [
-        Curve("as its numbers fit", places, before, "markers", BEFORE),
-        Curve("with what was named", places, after, "markers", AFTER),
-    ]
     ends = 0.9, 1.2 * float(np.nanmax([*before, *after, 1.5]))
-    marks = (Mark(max(gates), "something is missing above"),)
-    panel = Panel("held-out chi2 [1]", curves, log_y=True, y_range=ends, marks=marks)
-    return Figure("chi2 by leg", "leg", [panel], x_names=[f"leg {i + 1}" for i in range(len(answers))])
+    curves = {"as its numbers fit": (before, BEFORE), "with what was named": (after, AFTER)}
+    return chi2_figure(curves, (Mark(max(gates), "something is missing above"),), ends)
 
 
 def _table(answers: Sequence[TraceAnswer]) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...records import Campaign, Record
 from ...records.campaign import ROLES
-from ...rigs.platform import LEGS, Platform, leg_lengths, leg_speeds
+from ...rigs.platform import LEGS, Platform, leg_speeds
 from ...rigs.platform.kinematics import rotation
 from ..data.white_part import white_part
 from .balance import balance, linear_numbers
@@ -104,12 +104,6 @@ def _noise(records: Sequence[Sequence[Record]]) -> tuple[float, tuple[float, ...
 def _carried(platform: Platform, payload: np.ndarray) -> np.ndarray:
     """The forces [6, 6] of rods at home, N, per acceleration of each leg, m/s^2."""
     rest = np.zeros((LEGS, LEGS))
-    still = LegSignals(np.arange(LEGS) * 1e-3, _home(platform), rest, rest)
+    still = LegSignals(np.arange(LEGS) * 1e-3, platform.positions(rest), rest, rest)
     pushed = replace(still, acceleration=np.eye(LEGS))
     return (_asked(platform, pushed, payload) - _asked(platform, still, payload)).T + np.diag(rod_masses(platform))
-
-
-def _home(platform: Platform) -> np.ndarray:
-    """Positions [6, 6] at home, m."""
-    middle = np.array([leg.rig.middle for leg in platform.legs])
-    return np.tile(leg_lengths(platform.geometry, np.zeros(LEGS)) - platform.middle + middle, (LEGS, 1))

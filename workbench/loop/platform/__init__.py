@@ -1,7 +1,6 @@
 """Closed loops of a platform on six jacks, and every number that is measured on one.
 
 setup           a platform as built: plant, engine, operating point, what decouples it
-coupling        what its guards know of what the legs do to each other
 legs            the sensors of its legs, and what comes in at each instant
 loop            a loop, run; compiled and python are its two ways
 transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6

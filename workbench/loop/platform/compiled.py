@@ -8,13 +8,13 @@ import numpy as np
 from ...control.platform_controller import LEGS
 from ...control.platform_law import PlatformLaw
 from ...engine import Batch
+from ...engine.guard_coupling import COUPLED
 from ...engine.guard_shape import BESIDE, packed
 from ...engine.sampled_law import OUT, LawShape
 from ...linear import Equilibrium
 from ..compiled_loop import CompiledLaw, with_drives
-from ..guard_numbers import guard_numbers, guard_shape, trip_reason
+from ..guard_numbers import guard_numbers, guard_shape, left_to_brake, trip_reason
 from ..sampled_loop import SIMULATION_FAILED
-from .coupling import coupling_numbers
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
@@ -86,6 +86,21 @@ class CompiledPlatform:
         noise = inputs.normal[1:] if self.sensors.noisy else inputs.normal[1:, :0]
         rows = self.rows(reference=inputs.reference, added=inputs.forward, others=inputs.others, noise=noise)
         return start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset)
+
+
+def coupling_numbers(setup: PlatformSetup) -> np.ndarray:
+    """What guards know of what the legs do to each other: the numbers [k] of guard_coupling, SI."""
+    pairs = list(zip(setup.guarded, setup.carried, strict=True))
+    left = np.array([left_to_brake(rig, carried) for rig, carried in pairs])
+    return packed(
+        COUPLED,
+        inertia=setup.inertia.ravel(),
+        mobility=np.linalg.inv(setup.inertia).ravel(),
+        load=np.array([carried.load for carried in setup.carried]),
+        drag=np.array([rig["b"] for rig in setup.guarded]),
+        left=left,
+        least=left / np.array([carried.most for carried in setup.carried]),
+    )
 
 
 def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> Instants:

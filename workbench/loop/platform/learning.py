@@ -29,7 +29,7 @@ from ..repeated_record import noise_seed
 from ..step_metrics import saturated_time
 from .loop import run_platform
 from .measured import MatrixResponse, measured_pose
-from .setup import PlatformSetup, platform_setup
+from .setup import PlatformSetup
 from .transfer import platform_transfer
 
 DRAWS = 200  # of the measured response, as its deviations have it
@@ -182,12 +182,6 @@ class PayloadDraw:
             values |= {name: platform[name] + random.uniform(-self.centre, self.centre) for name in ("cx", "cy", "cz")}
             payloads.append(values)
         return payloads
-
-
-def with_payload(setup: PlatformSetup, payload: dict[str, float]) -> PlatformSetup:
-    """The platform with another payload, its laws and guards still those of the declared one."""
-    other = platform_setup(setup.platform.with_values(**payload))
-    return other.known_as(setup)
 
 
 def acceleration_error(learning: MatrixFilter, error: np.ndarray) -> np.ndarray:

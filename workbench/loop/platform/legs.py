@@ -49,6 +49,10 @@ class LegSensors:
             return values
         return Disturbance(self.noise, self.resolution).readings(values, normal.reshape(values.shape))
 
+    def named(self, outputs: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray]:
+        """What they say of the outputs [n] of the plant, of all legs [6] by name."""
+        return dict(zip(self.names, self.read(np.ravel(outputs), normal).T, strict=True))
+
     def picked(self, names: Sequence[str]) -> list[int]:
         """Their columns."""
         return [self.names.index(name) for name in names]

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...control.platform_controller import LEGS, PlatformController
 from ...control.platform_law import platform_law
-from ...rigs.platform import AXES, leg_lengths
+from ...rigs.platform import AXES
 from .compiled import run_compiled
 from .legs import Inputs, Instants, LegSensors
 from .python import run_in_python
@@ -34,10 +34,8 @@ class PlatformRun:
 
 
 def leg_references(setup: PlatformSetup, pose: np.ndarray) -> np.ndarray:
-    """The positions [k, 6] that the legs' sensors say in poses [k, 6]: exact inverse kinematics."""
-    platform = setup.platform
-    middle = np.array([leg.rig.middle for leg in platform.legs])
-    return leg_lengths(platform.geometry, pose) - platform.middle + middle
+    """The positions [k, 6] that the legs' sensors say in poses [k, 6]."""
+    return setup.platform.positions(pose)
 
 
 def run_platform(

@@ -1,12 +1,20 @@
-"""A platform's loop in Python: what laws without a graph run in, and the oracle of the compiled one."""
+"""A platform's loop in Python: what laws without a graph run in, and the oracle of the compiled one.
+
+Its guards are those of the compiled loop, evaluated sample by sample.
+"""
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from ...control.platform_controller import LEGS, PlatformController
+from ...control.platform_law import direct_law
 from ...engine import DelayLine
-from ..guard import Guard
+from ...engine.buffered import BufferedFunction
+from ...engine.guard_shape import length
+from ...engine.instant import controller_instant
 from ..sampled_loop import SIMULATION_FAILED
-from .coupling import Coupling
+from .compiled import CompiledPlatform
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
@@ -15,75 +23,55 @@ def run_in_python(
     setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
 ) -> Instants:
     """The loop of a controller along its inputs, from the setup's operating point."""
-    loop = _Loop(setup, sensors, controller, inputs)
-    for k in range(len(inputs.pose)):
-        if not loop.step(k):
-            break
-    x, held, sent, demanded = (np.array(column) for column in (loop.x, loop.held, loop.sent, loop.demanded))
-    return Instants(x, held, sent, demanded, loop.tripped)
-
-
-class _Loop:
-    """Six guards, six delays and the plant; `step` goes on by one period."""
-
-    def __init__(
-        self, setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
-    ) -> None:
-        self._setup, self._sensors, self._controller, self._inputs = setup, sensors, controller, inputs
-        self._guards = [
-            Guard(rig, controller.measures, sensors.noisy, carried)
-            for rig, carried in zip(setup.guarded, setup.carried, strict=True)
-        ]
-        self._coupling = Coupling(setup)
-        self._state, self._u = setup.null.x.copy(), setup.null.u.copy()
-        plant, commands = setup.engine.plant, self._u[:LEGS].copy()
-        self._line = DelayLine(plant.lateness(), setup.platform.period, commands, plant.interpolated)
-        for guard, command in zip(self._guards, self._u[:LEGS], strict=True):
-            guard.reset(float(command))
-        measured = self._by_name(sensors.read(setup.engine.observe(self._state, self._u), inputs.normal[0]))
-        controller.reset(inputs.reference[0], measured, self._u[:LEGS].copy())
-        self.x: list[np.ndarray] = []
-        self.held: list[np.ndarray] = []
-        self.sent: list[np.ndarray] = []
-        self.demanded: list[np.ndarray] = []
-        self.tripped: str | None = None
-
-    def step(self, k: int) -> bool:
-        """One period; False where it cannot be simulated."""
-        self._u[LEGS:] = self._inputs.others[k]
-        outputs = self._setup.engine.observe(self._state, self._u)
-        sent, demanded = self._sample(k, self._sensors.read(outputs, self._inputs.normal[k + 1]))
-        arriving = self._line.send(sent)
-        for column, values in ((self.x, self._state), (self.sent, sent), (self.demanded, demanded)):
-            column.append(values)
-        self.held.append(arriving[0][0])
-        after = self._setup.engine.advance_arriving(self._state, self._u, arriving, self._setup.platform.period)
+    engine, period = setup.engine, setup.platform.period
+    x, u = setup.null.x.copy(), setup.null.u.copy()
+    commands = u[:LEGS].copy()
+    guards = _Guards(CompiledPlatform(setup, sensors, direct_law(controller.measures)), commands)
+    line = DelayLine(engine.plant.lateness(), period, commands, engine.plant.interpolated)
+    controller.reset(inputs.reference[0], sensors.named(engine.observe(x, u), inputs.normal[0]), commands)
+    rows: list[tuple[np.ndarray, ...]] = []
+    reason = None
+    for k, (reference, forward, others) in enumerate(zip(inputs.reference, inputs.forward, inputs.others, strict=True)):
+        u[LEGS:] = others
+        measured = sensors.named(engine.observe(x, u), inputs.normal[k + 1])
+        demanded = np.zeros(LEGS) if guards.trips.any() else controller.compute(reference, measured, forward)
+        sent, demanded = guards.sample(reference, demanded, measured)
+        if not guards.trips.any():
+            controller.update(sent)
+        arriving = line.send(sent)
+        rows.append((x, arriving[0][0], sent, demanded))
+        after = engine.advance_arriving(x, u, arriving, period)
         if after is None:
-            self.tripped = SIMULATION_FAILED
-            return False
-        self._state = after
-        return True
+            reason = SIMULATION_FAILED
+            break
+        x = after
+    states, held, every, asked = (np.array(column) for column in zip(*rows, strict=True))
+    return Instants(states, held, every, asked, reason or guards.reason)
 
-    def _sample(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Commands sent and demanded; where one guard trips, the other legs brake, too."""
-        reference, forward = self._inputs.reference[k], self._inputs.forward[k]
-        measured = [dict(zip(self._sensors.names, row.tolist(), strict=True)) for row in readings]
-        coupled = self._coupling.of(self._guards, measured)
-        for guard, signals, setpoint, own in zip(self._guards, measured, reference, coupled, strict=True):
-            guard.watch(signals, float(setpoint), own)
-        stopped = any(guard.tripped for guard in self._guards)
-        demanded = np.zeros(LEGS)
-        if not stopped:
-            demanded = self._controller.compute(reference, self._by_name(readings), forward)
-        if stopped:
-            first = next(i for i, guard in enumerate(self._guards) if guard.tripped)
-            self.tripped = self.tripped or f"leg {first + 1}: {self._guards[first].tripped}"
-            for guard in self._guards:
-                guard.stop_beside()
-        sent = np.array([guard.limit(float(u)) for guard, u in zip(self._guards, demanded, strict=True)])
-        if not stopped:
-            self._controller.update(sent)
+
+class _Guards:
+    """Six guards, from where the drives hold commands [6]."""
+
+    def __init__(self, loop: CompiledPlatform, commands: np.ndarray) -> None:
+        self._loop, self.trips = loop, np.zeros(LEGS)
+        self._state = loop.memory(commands, np.zeros(0))
+        self._read, self._row = loop.shape.read, np.zeros(LEGS * (2 + len(loop.shape.read)))
+        numbers = np.ascontiguousarray(loop.numbers(np.zeros(LEGS)))
+        self._instant = BufferedFunction(controller_instant(loop.shape), self._state, self._row, numbers)
+
+    @property
+    def reason(self) -> str | None:
+        """Why they tripped, if they did."""
+        return self._loop.trip(self.trips)
+
+    def sample(
+        self, reference: np.ndarray, demanded: np.ndarray, measured: Mapping[str, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Commands [6] that the drives get, and those demanded, 0 once one guard tripped."""
+        readings = np.column_stack([measured[name] for name in self._read])
+        self._row[:] = np.concatenate((reference, demanded, readings.ravel()))
+        self._instant.evaluate()
+        states = length(self._loop.shape.state)
+        self._state[:] = self._instant.found[:states]
+        sent, demanded, self.trips = self._instant.found[states:].copy().reshape(3, LEGS)
         return sent, demanded
-
-    def _by_name(self, readings: np.ndarray) -> dict[str, np.ndarray]:
-        return dict(zip(self._sensors.names, readings.T, strict=True))

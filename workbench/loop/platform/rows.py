@@ -12,7 +12,7 @@ from ...rigs.platform import AXES
 from .. import step_metrics as metrics
 from ..rows import closed_numbers
 from .loop import PlatformRun, run_platform
-from .setup import PlatformSetup, platform_setup
+from .setup import PlatformSetup
 from .steps import AxisStep
 from .transfer import PlatformTransfer, platform_transfer
 
@@ -60,7 +60,7 @@ def judge_variations(
     and guards stay those of the declared platform. The largest settling time is None where one step does not settle."""
     rows = []
     for name, values in variations.items():
-        other = platform_setup(setup.platform.with_values(**values)).known_as(setup)
+        other = setup.with_payload(values)
         for spec in controllers:
             judged = judge_platform(other, spec, steps, _F, seed)
             linear, settled = linear_numbers(judged.transfer), [row["settling_s"] for row in judged.rows]

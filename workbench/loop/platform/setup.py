@@ -1,5 +1,6 @@
 """A platform ready for its loops: plant, engine, operating point, and what decouples it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +42,11 @@ class PlatformSetup:
         """The same platform, of which loops and guards know what they know of another one."""
         names = ("directions", "leg_masses", "carried", "inertia")
         return replace(self, **{name: getattr(declared, name) for name in names})
+
+    def with_payload(self, values: Mapping[str, float]) -> "PlatformSetup":
+        """The platform with other numbers of the payload, SI by name; its laws and guards are still those of this one.
+        Raises InputError where the jacks cannot hold it."""
+        return platform_setup(self.platform.with_values(**values)).known_as(self)
 
 
 def platform_setup(

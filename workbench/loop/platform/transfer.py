@@ -42,9 +42,8 @@ def platform_transfer(setup: PlatformSetup, controller: PlatformController, f: n
     a, b, c, _ = _plant(setup, controller.measures)
     al, bl, cl, dl = _laws(setup, controller)
     u = controller.directions
-    mixed, own = np.kron(u.T, np.eye(n)), _selection(controller)
-    y = own[1] @ mixed @ c[: LEGS * n]
-    r = own[0] @ u.T
+    r, signals = _seen(controller)
+    y = signals @ c[: LEGS * n]
     out = _map_slopes(setup, controller)[:, None] * u
     closed = np.block([[a + b @ out @ dl @ y, b @ out @ cl], [bl @ y, al]])
     entering = np.vstack((b @ out @ dl @ r, bl @ r))
@@ -88,20 +87,16 @@ def _points(setup: PlatformSetup, controller: PlatformController) -> list[dict[s
     return [{name: float(values[j]) for name, values in own.items()} for j in range(LEGS)]
 
 
-def _selection(controller: PlatformController) -> tuple[np.ndarray, np.ndarray]:
-    """From the references of all laws, and from all signals of all laws, to the inputs of each, one after another."""
-    measures, rows = controller.measures, []
+def _seen(controller: PlatformController) -> tuple[np.ndarray, np.ndarray]:
+    """From the references of the legs, and from all their signals, to the inputs of each law, one after another."""
+    u, measures = controller.directions.T, controller.measures
+    mixed, none = np.kron(u, np.eye(len(measures))), np.zeros(LEGS)
+    rows = []
     for j, law in enumerate(controller.laws):
-        rows.append((j, None))
-        rows += [(j, measures.index(name)) for name in law.measures]
-    references = np.zeros((len(rows), LEGS))
-    signals = np.zeros((len(rows), LEGS * len(measures)))
-    for i, (j, place) in enumerate(rows):
-        if place is None:
-            references[i, j] = 1.0
-        else:
-            signals[i, j * len(measures) + place] = 1.0
-    return references, signals
+        rows.append((u[j], np.zeros(len(mixed))))
+        rows += [(none, mixed[j * len(measures) + measures.index(name)]) for name in law.measures]
+    references, signals = zip(*rows, strict=True)
+    return np.array(references), np.array(signals)
 
 
 def _map_slopes(setup: PlatformSetup, controller: PlatformController) -> np.ndarray:

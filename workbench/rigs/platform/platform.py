@@ -13,7 +13,7 @@ from ...base.units import Spec
 from ..number import Number, number_entry
 from ..rig import Rig
 from .effects import PlatformEffect, effect_tables
-from .kinematics import Geometry, forward
+from .kinematics import Geometry, forward, leg_lengths
 
 LEGS = 6
 PAYLOAD = {
@@ -111,6 +111,10 @@ class Platform:
         """Poses [n, 6] in which the jacks stand at positions [n, 6], m, near those of `start` (home). Raises InputError
         where there are none."""
         return forward(self.geometry, positions - [leg.rig.middle for leg in self.legs] + self.middle, start)
+
+    def positions(self, pose: np.ndarray) -> np.ndarray:
+        """Positions [.., 6] of the jacks in poses [.., 6], m: exact inverse kinematics."""
+        return leg_lengths(self.geometry, pose) - self.middle + np.array([leg.rig.middle for leg in self.legs])
 
     @property
     def period(self) -> float:
