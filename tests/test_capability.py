@@ -21,9 +21,9 @@ from workbench.loop.performance.drive import accumulator, demands, lacking
 from workbench.loop.performance.followed import followed
 from workbench.loop.performance.reached import reached
 from workbench.loop.performance.sizing import CataloguePump, CatalogueValve, pump_choices, smallest, valve_choices
-from workbench.loop.platform.followed import followed_along
 from workbench.loop.platform.reached import reached_along
 from workbench.loop.platform.setup import platform_setup
+from workbench.loop.platform.sines import followed_along
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import run_loop
 from workbench.plant.valve.supply import supply_power

@@ -12,7 +12,7 @@ excitation      motions that tell the axes apart, as large as the legs take them
 measured        the 6 x 6 transfer as it is measured, with its uncertainty
 learning        a drive file of six axes, learned
 record          a recorded motion, checked, played and learned
-reached, followed    sines inside and outside an axis's envelope, and what a loop follows of it
+reached         sines inside and outside an axis's envelope; what a loop follows of it is in sines
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """
 

@@ -77,12 +77,12 @@ def step_columns(
     ]
     chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]
     moved = played[:, :, axes] - played[:, :1, axes]
-    y, band = moved[:, :, step.axis], SHARE * abs(step.size)
-    settled = [metrics.settling_time(t, one, step.size, band) for one in y]
+    y, target = moved[:, :, step.axis], np.full(len(moved), step.size)
+    settled = metrics.settling_times(t, y, target, SHARE * abs(step.size))
     far = np.abs(moved).max(axis=1) * weights / size
     return StepColumns(
-        np.where(tripped, np.nan, np.array([np.nan if each is None else each for each in settled])),
-        np.array([metrics.overshoot(one, 0.0, step.size) for one in y]),
+        np.where(tripped, np.nan, settled),
+        metrics.overshoots(y, target, step.size),
         100 * np.delete(far, step.axis, axis=1).max(axis=1),
         tripped,
         np.any(hunting, axis=0) & ~tripped,

@@ -1,4 +1,5 @@
-"""Sines along one axis of a platform's pose, on the whole plant: what every axis answers."""
+"""Sines along one axis of a platform's pose, on the whole plant: what every axis answers, and the part of an axis's
+envelope that a loop on six legs follows within 5 %."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,11 +9,13 @@ import numpy as np
 from ...control.platform_controller import LEGS, PlatformController
 from ...plant.platform import ACCELERATION
 from ...rigs.platform import AXES
+from ..performance.followed import WITHIN, Followed
 from .loop import run_platform
 from .setup import PlatformSetup
 
 _SETTLING = 0.5  # s, and two cycles: before a sine is looked at
 _LOOKED_AT = 4  # cycles
+_SHARES = (0.9, 0.5, 0.2, 0.05)  # of an envelope, that are tried
 
 
 @dataclass(frozen=True)
@@ -75,3 +78,32 @@ def _harmonic(t: np.ndarray, y: np.ndarray, hz: float) -> complex:
     columns = np.column_stack((np.cos(turns), np.sin(turns), np.ones_like(t)))
     a, b, _ = np.linalg.lstsq(columns, y, rcond=None)[0]
     return complex(a, -b)
+
+
+def followed_along(
+    setup: PlatformSetup, controller: PlatformController, axis: str, f: np.ndarray, most: np.ndarray
+) -> Followed:
+    """Of envelopes `most` [k] m or rad at f [k] Hz, without noise, up to the first frequency at which nothing is
+    followed; nothing corrects amplitude and phase here."""
+    amplitude, error = np.full((2, f.size), np.nan)
+    exact = True  # whether the error was within so far
+    for k, (each, top) in enumerate(zip(f.tolist(), most.tolist(), strict=True)):
+        for share in _SHARES:
+            response = _response(setup, controller, axis, each, share * top)
+            if np.isnan(amplitude[k]) and abs(abs(response) - 1) <= WITHIN:
+                amplitude[k] = share * top
+            if exact and abs(response - 1) <= WITHIN:
+                error[k] = share * top
+            if np.isfinite(amplitude[k]) and (not exact or np.isfinite(error[k])):
+                break
+        exact = bool(np.isfinite(error[k]))
+        if np.isnan(amplitude[k]):
+            break
+    return Followed(f, amplitude, error, np.full(f.size, np.nan))
+
+
+def _response(setup: PlatformSetup, controller: PlatformController, axis: str, f: float, amplitude: float) -> complex:
+    """Of the pose along the axis to a sine of an amplitude [m or rad]; NaN where it trips."""
+    place = AXES.index(axis)
+    sine = platform_sine(setup, controller, place, f, amplitude * float(setup.platform.geometry.weights[place]))
+    return complex(sine.pose[place])
