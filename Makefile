@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test fuzz lowest check figures docs wheel release clean
+.PHONY: demo test fuzz lowest check figures docs docs-fast wheel release clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -39,9 +39,15 @@ figures: .venv/ready
 	$(BIN)/python .ci/figures.py
 
 docs: .venv/docs
-	$(BIN)/sphinx-build -W --keep-going -q -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/sphinx-build -W -q -d docs/_build/doctrees docs docs/_build/html
 	$(BIN)/python .ci/links.py docs/_build/html
 	@echo "open docs/_build/html/index.html"
+
+# the words alone: what blocks, examples and the gallery left before is shown, and none of them runs
+docs-fast: .venv/docs
+	$(BIN)/sphinx-build -W -q -t words -d docs/_build/fast/doctrees docs docs/_build/fast/html
+	$(BIN)/python .ci/links.py docs/_build/fast/html
+	@echo "open docs/_build/fast/html/index.html"
 
 wheel: .venv/dev
 	$(BIN)/python .ci/release.py

@@ -2,8 +2,8 @@
 
 import re
 import sys
+import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from links import broken
@@ -84,30 +84,78 @@ def test_the_readme_is_read_in_a_minute_and_its_links_lead_somewhere():
     assert not [link for link in links if not (ROOT / link).exists()]
 
 
-def test_what_a_block_of_a_page_prints_and_draws_stands_below_it(generate, tmp_path):
-    from generate.cells import _shown, run_pages
+def test_what_a_block_of_a_page_prints_and_draws_stands_below_it(generate, tmp_path, capfd):
+    from generate.cells import page_runs, shown
+    from generate.runs import run_all
 
     page = tmp_path / "page.md"
     page.write_text(
         "# A\n\n```{file} n.txt\n3\n```\n\n```{python}\nn = int(open('n.txt').read())\nn + 1\n```\n\n"
         "```{shell}\necho $((1 + 2)) > a.png\necho done\n```\n\nAnd so on.\n"
     )
-    run_pages(tmp_path, [page], tmp_path / "_build" / "ran")
-    source = [page.read_text()]
-    _shown(SimpleNamespace(srcdir=tmp_path), "page", source)
-    assert "`n.txt`:\n\n```text\n3\n```" in source[0]
-    assert ":class: printed\n\n4\n```" in source[0]
-    assert ":class: printed\n\ndone\n```" in source[0]
-    assert "```{image} /_build/ran/page/made/a.png" in source[0]
-    assert source[0].endswith("And so on.\n")
+    (tmp_path / "other.md").write_text("![as drawn](/_build/ran/page/made/a.png)")
+    words = shown(tmp_path, "page", page.read_text())
+    assert "`n.txt`:\n\n```text\n3\n```" in words
+    assert ":class: printed" not in words
+    assert shown(tmp_path, "other", (tmp_path / "other.md").read_text()) == "(as drawn)"
+    run_all(page_runs(tmp_path))
+    lines = capfd.readouterr().out.splitlines()
+    assert [line.partition(" s  ")[2] for line in lines] == [
+        "page, cell 2: n = int(open('n.txt').read())",
+        "page, cell 3: echo $((1 + 2)) > a.png",
+    ]
+    assert all(0 <= float(line.partition(" s  ")[0]) < 60 for line in lines)
+    source = shown(tmp_path, "page", page.read_text())
+    assert "`n.txt`:\n\n```text\n3\n```" in source
+    assert ":class: printed\n\n4\n```" in source
+    assert ":class: printed\n\ndone\n```" in source
+    assert "```{image} /_build/ran/page/made/a.png" in source
+    assert source.endswith("And so on.\n")
+    assert shown(tmp_path, "other", (tmp_path / "other.md").read_text()).startswith("![as drawn](/_build")
+    run_all(page_runs(tmp_path))
+    assert not capfd.readouterr().out  # kept
+    assert ":class: printed" not in shown(tmp_path, "page", page.read_text().replace("n + 1", "n + 2"))
 
 
-def test_a_block_that_fails_ends_the_build(generate, tmp_path):
-    from generate.cells import run_pages
+@pytest.mark.parametrize(
+    ("kind", "text", "says"),
+    [
+        ("shell", "echo bad >&2\nfalse", "echo bad.*\n.*bad"),
+        ("python", "1 / 0", "ZeroDivisionError"),
+        ("python", "raise SystemExit", "SystemExit"),
+        ("python", "while True: pass", "takes more than 1 s of CPU time"),
+        ("shell", "python -c 'while True: pass'; echo", "takes more than 1 s of CPU time"),
+    ],
+)
+def test_the_first_block_that_fails_or_computes_too_long_ends_the_build_by_name(
+    kind, text, says, generate, tmp_path, monkeypatch
+):
+    from generate import runs
+    from generate.cells import page_runs, shown
 
-    (tmp_path / "page.md").write_text("```{shell}\nfalse\n```\n")
-    with pytest.raises(RuntimeError, match="page"):
-        run_pages(tmp_path, [tmp_path / "page.md"], tmp_path / "ran")
+    monkeypatch.setattr(runs, "LONGEST", 1)
+    bad = f"```{{python}}\nprint('first')\n```\n\n```{{{kind}}}\n{text}\n```\n"
+    (tmp_path / "a.md").write_text("```{shell}\nsleep 100\n```\n")
+    (tmp_path / "b.md").write_text(bad)
+    (tmp_path / "c.md").write_text("```{shell}\ntouch ran\n```\n")
+    began = time.monotonic()
+    with pytest.raises(RuntimeError, match=rf"(?s)^b, cell 2: .*{says}"):
+        runs.run_all(page_runs(tmp_path))
+    assert time.monotonic() - began < 60  # it waits neither for what runs beside it
+    assert not (tmp_path / "_build" / "ran" / "c").exists()  # nor for what would come
+    assert ":class: printed" not in shown(tmp_path, "b", bad)
+
+
+def test_an_example_and_a_report_that_left_nothing_are_words_alone(generate, tmp_path):
+    from generate import examples, gallery
+
+    pages = examples.pages(tmp_path, tmp_path / "examples", run=False)
+    assert "examples/loop.py" in pages["tutorial_loop.md"]
+    assert "What it prints" not in pages["tutorial_loop.md"]
+    cards = gallery.parts(tmp_path / "gallery", run=False)["part_gallery.md"]
+    assert "jackbench trace sample" in cards
+    assert "<img" not in cards
+    assert "href" not in cards
 
 
 def test_docstrings_keep_their_words(monkeypatch):

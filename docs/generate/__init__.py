@@ -2,7 +2,8 @@
 
 markdown      tables and plain text of a page
 readme        CONTRIBUTING.md, as a part that a page includes
-cells         the blocks of a page that are run, and what they leave; `run_cells` runs them
+cells         the blocks of a page, and what they leave
+runs          runs them, and scripts and commands, and keeps what they leave; `run_cells` is the process of each page
 rig_keys      the rig file and the datasheet; the table of all numbers
 files         experiments, linear plants, campaigns and tasks, by a file of each kind that has every key
 readings      what the readers of such files ask of each key
@@ -30,13 +31,13 @@ def setup(app: Any) -> dict[str, bool]:
 
 
 def _write(app: Any) -> None:
-    write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build")
+    write_pages(Path(app.srcdir) / "reference", Path(app.srcdir) / "_build", run=not app.tags.has("words"))
 
 
-def write_pages(folder: Path, cache: Path) -> None:
+def write_pages(folder: Path, cache: Path, run: bool) -> None:
     """Write every generated page into `folder`; a file that would stay the same is left alone, for Sphinx's own cache.
 
-    `cache` keeps what the examples left, and the gallery.
+    `cache` keeps what the examples left, and the gallery; they `run`, or what they left is shown as far as it is there.
     """
     folder.mkdir(exist_ok=True)
     architecture.write(folder)
@@ -49,8 +50,8 @@ def write_pages(folder: Path, cache: Path) -> None:
         **commands.pages(),
         **doors.pages(),
         **words.parts(),
-        **examples.pages(folder, cache / "examples"),
-        **gallery.parts(cache / "gallery"),
+        **examples.pages(folder, cache / "examples", run),
+        **gallery.parts(cache / "gallery", run),
     }
     for name, text in pages.items():
         path = folder / name

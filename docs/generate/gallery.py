@@ -1,28 +1,20 @@
 """The gallery: reports that their commands made when the site was built, each with a picture of its first screen."""
 
-import os
 import shutil
-import subprocess
-import sys
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
-from hashlib import sha256
 from html import escape
 from pathlib import Path
 
 from browser import CHROMIUM, browser
 
-from .examples import source_digest
-from .readme import ROOT
+from .runs import Cell, Run, run_all
 
 _NARROW, _WIDE, _HEIGHT, _SCALE = 390, 1100, 820, 0.5
 _PROBLEM = """
   [...document.querySelectorAll(".plot")].some((plot) => !plot.querySelector("svg")) ? "a plot is not drawn" :
   document.documentElement.scrollWidth > innerWidth ? "it is wider than the window" : ""
 """
-_AT_ONCE = 2
-_LONGEST = 600  # s of a command
 _FIRST = 3  # reports on the front page
 
 
@@ -63,36 +55,31 @@ GALLERY = (
 )
 
 
-def parts(cache: Path) -> dict[str, str]:
+def parts(cache: Path, run: bool) -> dict[str, str]:
     """The cards of the gallery, and those of the front page; `cache`/site/reports gets the reports and their pictures.
 
-    A command runs again where it, or the code that it runs on, has changed. Raises RuntimeError for one that fails, and
-    for a report that a browser does not show whole.
+    Where they `run`, those commands do that have changed, or whose code has. Raises RuntimeError for one that fails,
+    and for a report that a browser does not show whole. A card whose command left nothing has words alone.
     """
-    sources, site = source_digest(), cache / "site" / "reports"
+    runs = {shown: _run(shown, cache / shown.name) for shown in GALLERY}
+    site = cache / "site" / "reports"
     site.mkdir(parents=True, exist_ok=True)
-    with ThreadPoolExecutor(_AT_ONCE) as pool:
-        folders = list(pool.map(lambda shown: _made(shown, cache / shown.name, sources), GALLERY))
-    if shutil.which(CHROMIUM):
-        _photograph([folder for folder in folders if not (folder / "screen.png").exists()])
-    for shown, folder in zip(GALLERY, folders, strict=True):
-        pictures = [folder / "screen.png", folder / "figure.png"]  # of a browser, or else of the command
-        shutil.copyfile(folder / "out" / "report.html", site / f"{shown.name}.html")
+    if run:
+        run_all(list(runs.values()))
+        if shutil.which(CHROMIUM):
+            _photograph([ran.made for ran in runs.values() if not (ran.made / "screen.png").exists()])
+    there = {shown for shown, ran in runs.items() if ran.left() is not None}
+    for shown in there:
+        made = runs[shown].made
+        pictures = [made / "screen.png", made / "figure.png"]  # of a browser, or else of the command
+        shutil.copyfile(made / "out" / "report.html", site / f"{shown.name}.html")
         shutil.copyfile(next(picture for picture in pictures if picture.exists()), site / f"{shown.name}.png")
-    return {"part_gallery.md": _cards(GALLERY), "part_gallery_first.md": _cards(GALLERY[:_FIRST])}
+    return {"part_gallery.md": _cards(GALLERY, there), "part_gallery_first.md": _cards(GALLERY[:_FIRST], there)}
 
 
-def _made(shown: Shown, folder: Path, sources: bytes) -> Path:
-    """The folder of a report that was made by its command, with its main figure."""
-    key = sha256(shown.command.encode() + sources).hexdigest()
-    kept = folder / "key.txt"
-    if not kept.exists() or kept.read_text("utf-8") != key:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        words = shown.command.split()[1:]
-        _call([sys.executable, "-m", "workbench.cli", *words, "--out", "out", "--picture", "figure.png"], folder)
-        kept.write_text(key, "utf-8")
-    return folder
+def _run(shown: Shown, folder: Path) -> Run:
+    call = f"{shown.command} --out out --picture figure.png"
+    return Run(f"gallery/{shown.name}", (Cell("shell", "", call),), folder)
 
 
 def _photograph(folders: Sequence[Path]) -> None:
@@ -102,29 +89,17 @@ def _photograph(folders: Sequence[Path]) -> None:
             for width in (_NARROW, _WIDE):
                 tab.open((folder / "out" / "report.html").as_uri(), width, _HEIGHT)
                 if problem := tab.run(_PROBLEM):
-                    raise RuntimeError(f"{folder.name}, {width} px wide: {problem}")
+                    raise RuntimeError(f"gallery/{folder.parent.name}, {width} px wide: {problem}")
             tab.picture(folder / "screen.png", scale=_SCALE)
 
 
-def _call(words: Sequence[str], folder: Path) -> None:
-    """Run a command as a user would, who has trusted nothing. Raises RuntimeError where it fails."""
-    inherited = {name: value for name, value in os.environ.items() if name != "JACKBENCH_TRUSTED"}
-    environment = {**inherited, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
-    run = subprocess.run(
-        words, cwd=folder, env=environment, capture_output=True, text=True, timeout=_LONGEST, check=False
-    )
-    if run.returncode:
-        raise RuntimeError(f"{' '.join(words)}: {(run.stderr.strip() or run.stdout.strip())[-2000:]}")
+def _cards(chosen: Sequence[Shown], there: Set[Shown]) -> str:
+    """Cards that lead to the reports that are there; plain HTML, since a report is no page of the site."""
+    return f'<div class="gallery">\n{"".join(_card(shown, shown in there) for shown in chosen)}</div>\n'
 
 
-def _cards(chosen: Sequence[Shown]) -> str:
-    """Cards that lead to their reports; plain HTML, since a report is no page of the site."""
-    return f'<div class="gallery">\n{"".join(map(_card, chosen))}</div>\n'
-
-
-def _card(shown: Shown) -> str:
-    at, title = f"reports/{shown.name}", escape(shown.title)
-    return (
-        f'<div class="shot"><a href="{at}.html"><img src="{at}.png" alt="the report: {title}" loading="lazy">'
-        f"<strong>{title}</strong></a><p>{escape(shown.sees)}</p><code>{escape(shown.command)}</code></div>\n"
-    )
+def _card(shown: Shown, there: bool) -> str:
+    at, title = f"reports/{shown.name}", f"<strong>{escape(shown.title)}</strong>"
+    picture = f'<img src="{at}.png" alt="the report: {escape(shown.title)}" loading="lazy">'
+    head = f'<a href="{at}.html">{picture}{title}</a>' if there else title
+    return f'<div class="shot">{head}<p>{escape(shown.sees)}</p><code>{escape(shown.command)}</code></div>\n'
