@@ -19,10 +19,9 @@ from workbench.linear import equilibrium
 from workbench.link import client as client_module
 from workbench.link.client import LinkClient
 from workbench.link.commissioning import designs
-from workbench.link.commissioning.allowed import allowed, smaller
+from workbench.link.commissioning.allowed import allowed, doubted, smaller, standard_records
 from workbench.link.commissioning.designs import exactly
 from workbench.link.commissioning.looks import WAY, check_rest, check_sides, small_moves
-from workbench.link.commissioning.motions import doubted, standard_records
 from workbench.link.commissioning.obstacles import Barred
 from workbench.link.commissioning.relay import Relay, relay_reference, relay_ways
 from workbench.link.commissioning.rig_time import RigTime

@@ -15,7 +15,7 @@ from workbench.commands.commission.rounds import sentence
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace.study import trace_answer
 from workbench.control.controller_type import controller
-from workbench.link.commissioning.computing import Computing
+from workbench.link.commissioning.rig_time import Computing
 from workbench.link.commissioning.verify import best_way
 from workbench.plant.effects import find
 from workbench.rigs.number import Number

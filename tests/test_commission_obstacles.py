@@ -11,11 +11,10 @@ from workbench.commands.commission.study import looks
 from workbench.control.controller_type import controller
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
-from workbench.link.commissioning.allowed import allowed
+from workbench.link.commissioning.allowed import allowed, doubted
 from workbench.link.commissioning.designs import exactly
-from workbench.link.commissioning.dither import with_dither
-from workbench.link.commissioning.motions import doubted
 from workbench.link.commissioning.obstacles import obstacles, told
+from workbench.link.commissioning.relay import with_dither
 from workbench.link.commissioning.rig_time import RigTime
 from workbench.link.commissioning.verify import Way, played_way
 from workbench.link.course import rest_record

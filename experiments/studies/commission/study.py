@@ -18,10 +18,9 @@ from workbench.control.automatic_tuning import Mode, SmallMoves
 from workbench.control.shells import SineShell as Sine
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
-from workbench.link.commissioning.allowed import allowed, is_of
+from workbench.link.commissioning.allowed import allowed, doubted, is_of
 from workbench.link.commissioning.designs import exactly, searched_designs
-from workbench.link.commissioning.dither import with_dither
-from workbench.link.commissioning.motions import doubted
+from workbench.link.commissioning.relay import with_dither
 from workbench.link.commissioning.rig_time import RigTime
 from workbench.link.commissioning.verify import Way, played_way, settling_of
 from workbench.link.judged import wire_rig

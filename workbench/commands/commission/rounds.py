@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, TypeVar
 from ...base.trust import allow
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
-from ...link.commissioning.computing import TRACES, Computing
 from ...link.commissioning.designs import exactly, searched_designs
+from ...link.commissioning.rig_time import TRACES, Computing
 from ...link.commissioning.verify import foretold
 from ...link.judged import wire_rig
 from ...loop.conditions import Conditions

@@ -11,15 +11,11 @@ from ...base.errors import InputError
 from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
-from ...link.commissioning.allowed import Allowed, allowed, safe
-from ...link.commissioning.computing import AGAIN, Computing
-from ...link.commissioning.dither import with_dither
-from ...link.commissioning.leading import rig_decides
+from ...link.commissioning.allowed import Allowed, allowed, doubted, safe, standard_records
 from ...link.commissioning.looks import WAY, check_rest, check_sides, small_moves
-from ...link.commissioning.motions import doubted, standard_records
 from ...link.commissioning.obstacles import Barred, obstacles
-from ...link.commissioning.relay import lets_go, relay_ways
-from ...link.commissioning.rig_time import RigTime
+from ...link.commissioning.relay import lets_go, relay_ways, with_dither
+from ...link.commissioning.rig_time import AGAIN, Computing, RigTime
 from ...link.commissioning.verify import (
     SINE,
     SINES,
@@ -29,6 +25,7 @@ from ...link.commissioning.verify import (
     goal_of,
     played_way,
     predicted_of,
+    rig_decides,
     settling_of,
 )
 from ...link.joined import joined

@@ -15,22 +15,25 @@ from ...control.protocol import graph_law
 from ...engine import Engine
 from ...linear import Equilibrium
 from ...loop.batch import run_lanes
-from ...loop.drive_simulation import SMALLER, TRIES
+from ...loop.drive_simulation import SMALLER, TRIES, drive
 from ...loop.envelope import steps
 from ...loop.foreseen import beyond, emptied, wave_with_end, with_end
 from ...loop.guard_numbers import trip_reason
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from ...loop.scenarios import Scenario
+from ...loop.standard_records import standard_set
 from ...plant import build
 from ...plant.effects import numbers_of
 from ...records.excitation import Excitation
+from ...rigs.number import Number
 from ...rigs.rig import Rig
 
 _AS = "-as-"  # between a scenario's name and its smaller size
 DRAWN = 60  # beside the corners
 _WORST = ("M", "beta", "Ps", "K3")  # whose ends decide how far, how fast and how hard a motion goes
 _RECORDED = ("position", "velocity", "force", "pa", "pb", "lowest_pressure")
+_DOUBT = 1.2  # of the travel that the datasheet's flow says
 
 
 @dataclass(frozen=True)
@@ -211,3 +214,15 @@ def smaller(plants: Allowed, spec: ControllerSpec, scenario: Scenario) -> tuple[
             return trial, first
         first = first or why
     return None, first
+
+
+def doubted(rig: Rig) -> Rig:
+    """The rig with a guard that knows that the valve may have another flow than the datasheet says: none at all, but
+    not the other way."""
+    limit = Number("flow_error", _DOUBT, "1", "1", "commissioning: the valve is not known yet")
+    return replace(rig, limits={**rig.limits, "flow_error": limit})
+
+
+def standard_records(plants: Allowed, loop: ControllerSpec) -> list[Excitation]:
+    """The standard records in a loop, as large as all plants that are allowed take them."""
+    return safe(plants, loop, list(standard_set(replace(drive(plants.rig), loop=loop)).values()))

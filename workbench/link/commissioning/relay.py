@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...control.controller_spec import ControllerSpec
+from ...control.controller_type import controller
 from ...control.protocol import Controller
+from ...control.shells import SineShell
 from ...linear.state_space import StateSpace, as_state_space
 from ...records import Record
 from ...rigs.rig import Rig
-from .dither import sine
 
 LARGEST = 0.1  # of full command, up to which it grows
 _GROWTH = 0.02  # 1/s
@@ -23,6 +25,9 @@ _TURNS = 6
 _RINGS = 0.6  # s of rest after them
 _AWAY = 2.0  # times where it turns, that the jack may go the other way before its command is reversed; then twice that
 _LETS_GO = 5.0  # times where it turns, that the inner loop may let the jack go after the last turn
+_FASTEST = 250.0  # Hz: a load is far slower, and a torque motor as fast
+_SAMPLES = 4  # of a period, at least
+_OVER = 1.2  # times the command that got the jack moving
 
 
 class Relay:
@@ -147,3 +152,24 @@ def relay_ways(record: Record) -> Ways | None:
     later = [slice(begin + (end - begin) // 3, end + 1) for begin, end in itertools.pairwise(ends)]
     speeds = [np.polyfit(record.t[part], position[part], 1)[0] for part in later]
     return Ways(np.array([command[part].mean() for part in later]), np.array(speeds), last)
+
+
+def sine(size: float, period: float) -> SineShell:
+    """The dither beyond a command `size` [1] that got the jack moving, a whole number of samples a period."""
+    samples = max(_SAMPLES, round(1 / (_FASTEST * period)))
+    return SineShell(float(f"{_OVER * size:.2g}"), 1 / (samples * period), period)
+
+
+def with_dither(spec: ControllerSpec, dither: SineShell | None) -> ControllerSpec:
+    """A controller with it."""
+    if dither is None:
+        return spec
+    numbers = {"amplitude": dither.amplitude, "frequency": dither.frequency}
+    return (spec + controller("controllers.dither:Dither", **numbers)).named(spec.name)
+
+
+def without_dither(values: np.ndarray, dither: SineShell) -> np.ndarray:
+    """A signal [k] less a dither on it: its mean over a period."""
+    samples = round(1 / (dither.frequency * dither.period))
+    means = np.convolve(values, np.ones(samples) / samples, "valid")
+    return np.pad(means, (samples // 2, samples - 1 - samples // 2), "edge")

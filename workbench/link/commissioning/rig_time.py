@@ -1,6 +1,7 @@
 """What is played on the live rig: recorded, kept, and no longer than is allowed."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from ...base.checkpoint import Stage
 from ...base.errors import InputError, LinkLost
+from ...base.process_pool import cpu_time
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
 from ...control.shell import Around
@@ -20,17 +22,51 @@ from ..client import LinkClient
 from ..course import Played, play_course, rest_record
 from ..trips import Trip
 from ..wire_loop import INTERRUPTED, WireRun
-from .computing import Computing
-from .dither import sine, without_dither
 from .obstacles import Barred, cut_short, time_is_over
-from .relay import Relay, relay_reference
+from .relay import Relay, relay_reference, sine, without_dither
 
 _TRIES = 3  # of a course in which the link loses too many readings
 _AROUND = 10.0  # s: the way to where a course starts and back, at most
+TRACES = (0.6, 0.85)  # of the time, by which the search of each round's trace ends: controllers are searched after it
+AGAIN = 0.6  # of the time, up to which another round may begin
 
 
 def nothing_wrong(_: Record) -> None:
     """Any record is taken."""
+
+
+class Computing:
+    """A time to compute, `seconds` [s] of CPU time from now on, worker processes' too; `cut`: what it ended, in
+    words."""
+
+    def __init__(self, seconds: float, clock: Callable[[], float] = cpu_time) -> None:
+        self.seconds, self._clock, self._began, self._waited = seconds, clock, clock(), 0.0
+        self.cut: list[str] = []
+
+    @property
+    def spent(self) -> float:
+        """Until now [s]."""
+        return self._clock() - self._began - self._waited
+
+    @contextmanager
+    def waits(self) -> Iterator[None]:
+        """What takes time and does not count: the rig plays."""
+        began = self._clock()
+        try:
+            yield
+        finally:
+            self._waited += self._clock() - began
+
+    def over(self, share: float, what: str) -> Callable[[], bool]:
+        """Whether a share of the time is over; what that ends is remembered."""
+
+        def is_over() -> bool:
+            late = self.spent > share * self.seconds
+            if late and what not in self.cut:
+                self.cut.append(what)
+            return late
+
+        return is_over
 
 
 class RigTime:

@@ -16,8 +16,8 @@ from ...loop.scenarios import SCENARIOS, Scenario
 from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
 from ..course import Played
-from ..judged import Judged, judge_played
-from .allowed import Allowed, Expected, is_of, smaller
+from ..judged import Judged, judge_played, wire_rig
+from .allowed import Allowed, Expected, allowed, is_of, smaller
 from .obstacles import Barred
 from .rig_time import RigTime
 
@@ -30,6 +30,7 @@ WATCHED = 1.0  # s of a step
 _SLOWEST = 0.1  # Hz, that stiffness is looked at from
 CLOSE = 0.15  # by which a predicted settling may be off the measured one
 _OVERSHOOT = 8.0  # %: as far as a controller may go on the rig that was searched for 5 %
+_Rank = tuple[bool, bool, float]  # settled not everywhere, not foretold, settling [s]
 
 
 @dataclass(frozen=True)
@@ -226,3 +227,28 @@ def _sine_error(run: LoopRun, scenario: Scenario) -> float | None:
         return None
     reference = signals["reference"][half:]
     return float(np.std(reference - signals[scenario.signal][half:]) / np.std(reference))
+
+
+def rig_decides(
+    spent: RigTime, model: Rig, designs: Sequence[ControllerSpec], goal: str, number: int, say: Progress
+) -> ControllerSpec:
+    """The design for a `model` that did the goal soonest on the rig. One that settled wherever the goal began comes
+    before all that did not, and of those one whose settling was foretold. Once one was cut short, or the rig's time is
+    over, no further one is played."""
+    if len(designs) == 1:
+        return designs[0]
+    plants, trips, ranks = allowed(wire_rig(model, spent.client)), len(spent.trips), list[_Rank]()
+    for place, spec in enumerate(designs, 1):
+        judged = played_way(spent, f"leading-{place}", Way(spec, plants), (goal,), say, number)
+        ranks.append(_rank(judged, goal))
+        if spent.over or len(spent.trips) > trips:
+            break
+    best = min(range(len(ranks)), key=ranks.__getitem__)
+    say(f"of {len(ranks)} designs the rig does {goal} best with number {best + 1}")
+    return designs[best]
+
+
+def _rank(judged: Sequence[Judged], goal: str) -> _Rank:
+    measured = settling_of(judged, goal)
+    everywhere = bool(judged) and all(each.row["settling_s"] is not None for each in judged)
+    return not everywhere, not foretold(predicted_of(judged, goal), measured), np.inf if measured is None else measured
