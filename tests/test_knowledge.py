@@ -13,8 +13,8 @@ from experiments.studies.knowledge.__main__ import main
 from experiments.studies.knowledge.config import known_problem, load_knowledge
 from workbench.link.commissioning.designs import exactly
 from workbench.loop import envelope
-from workbench.loop.knowledge import known_to
 from workbench.loop.plant_lanes import uncertain
+from workbench.loop.rig_variations import known_to
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig
 

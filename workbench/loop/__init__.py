@@ -4,12 +4,12 @@ sampled_loop, guard       a sampled controller on the plant, behind the rig's li
 guarded_controller, compiled_controller    a controller with its guard by itself, in Python and compiled
 guard_numbers, carried    a rig's numbers for the guard's rules; what a leg of a platform carries
 faults                    faults, and the loop in which one begins
-fault_trial, fault_counts    one fault in one loop, from one of three moments; what faults came to
+fault_trial                  one fault in one loop, from one of three moments; what faults came to
 compiled_loop, sensors    the same, compiled; what a rig's sensors say
 scenarios, reach          what a loop is asked for, and whether a rig can do it
 foreseen                  whether a motion stays clear of a rig's limits, by what it does in simulation
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
-rig_variations, knowledge, conditions    on which rigs, known how well, with which delay and noise
+rig_variations, conditions   on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row
 sampled_lanes, open_loops, margins    sampled plants, one or many; loops on them over frequency; their poles and margins
 limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows;
@@ -111,40 +111,15 @@ __getattr__, __dir__ = lazy_names(
         "compute_time": ("computing",),
         "conditions": ("Conditions",),
         "describing_function": ("closed_loop_sine",),
-        "energy": (
-            "SupplyEnergy",
-            "supply_energy",
-        ),
-        "margins": (
-            "LinearLoop",
-            "closed_poles",
-            "linear_loop",
-        ),
+        "energy": ("SupplyEnergy", "supply_energy"),
+        "margins": ("LinearLoop", "closed_poles", "linear_loop"),
         "moving_end": ("error_per_speed",),
         "overshoots": ("overshoot_spread",),
         "rig_spread": ("spread_over_rigs",),
-        "rig_variations": (
-            "RIG_SET",
-            "variation",
-            "with_delay",
-        ),
-        "rows": (
-            "LinearLoops",
-            "LoopSetup",
-            "judge",
-            "linear_loops",
-            "loop_setup",
-            "play",
-            "row",
-        ),
-        "sampled_loop": (
-            "LoopRun",
-            "SampledLoop",
-        ),
-        "scenarios": (
-            "SCENARIOS",
-            "Scenario",
-        ),
+        "rig_variations": ("RIG_SET", "variation", "with_delay"),
+        "rows": ("LinearLoops", "LoopSetup", "judge", "linear_loops", "loop_setup", "play", "row"),
+        "sampled_loop": ("LoopRun", "SampledLoop"),
+        "scenarios": ("SCENARIOS", "Scenario"),
         "step_metrics": (
             "cavitation_time",
             "iae",
@@ -156,9 +131,6 @@ __getattr__, __dir__ = lazy_names(
             "settling_time",
             "steady_state_error",
         ),
-        "stiffness_and_noise": (
-            "command_noise",
-            "dynamic_stiffness",
-        ),
+        "stiffness_and_noise": ("command_noise", "dynamic_stiffness"),
     },
 )

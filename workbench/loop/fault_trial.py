@@ -1,6 +1,6 @@
-"""One fault in one loop: a step, the fault at rest before it, on the way, or near its end; what it came to."""
+"""One fault in one loop: a step, the fault at rest before it, on the way, or near its end; what faults came to."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,8 @@ from .rig_variations import with_delay
 
 MOMENTS = {"rest": None, "accelerating": 0.1, "end of stroke": 0.85}  # the share of the step that is done by then
 _REST, _STEP, _WAIT = 0.1, 0.15, 0.3  # s: the fault at rest, the step, and after it a fault whose share does not come
+STOP, BEYOND = 0.2, 10.0  # m/s at the end stop, and percent beyond a limit, up to which a fault did no harm
+_HELPLESS = ("valve stuck",)  # faults against which no command helps
 
 Due = Callable[[int, dict[str, float]], bool]
 
@@ -110,3 +112,22 @@ def damage(signals: Mapping[str, np.ndarray], rig: Rig) -> dict[str, float]:
         "peak_force": max(float(np.abs(load).max()), float(np.abs(stop[met]).max(initial=0.0))),
         "beyond_percent": 100 * max(0.0, beyond),
     }
+
+
+def harmful(row: Mapping[str, Any]) -> bool:
+    """Whether it met the stop too fast, or passed a limit by too much."""
+    return row["stop_speed"] > STOP or row["beyond_percent"] > BEYOND
+
+
+def helpless(row: Mapping[str, Any]) -> bool:
+    """Whether it did harm that no command could have prevented."""
+    return harmful(row) and row["fault"].startswith(_HELPLESS)
+
+
+def counts(rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """How many faults were `played` and `detected`, how many did `harm` that a command could have prevented, and how
+    many others, `helpless`."""
+    harm = [row for row in rows if harmful(row)]
+    lost = sum(map(helpless, rows))
+    detected = sum(row["detected_ms"] is not None for row in rows)
+    return {"played": len(rows), "detected": detected, "harm": len(harm) - lost, "helpless": lost}

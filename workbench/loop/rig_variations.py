@@ -1,5 +1,6 @@
 """The set of rigs that a loop has to hold on: the nominal one, and each uncertain number of it moved by itself."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from ..base.errors import InputError, echo, nearest
@@ -18,6 +19,8 @@ _FACTORS = {
 _DELAY = "drive.delay"
 _STIFFNESSES = {f"stiffness-1e{power}": 10.0**power for power in range(6, 9)}  # N/m
 RIG_SET = (*_FACTORS, *_STIFFNESSES)
+ALL = 50.0  # % of a range, either way: all of it
+Factors = Mapping[str, tuple[float, float]]
 
 
 def variation(rig: Rig, name: str) -> Rig:
@@ -50,3 +53,22 @@ def with_delay(rig: Rig, delay: float | str) -> Rig:
     number = Number("delay", whole, "s", "s", f"{later:g} s of them to compute the command")
     after = replace(before, numbers={**before.numbers, "delay": number})
     return replace(rig, effects=tuple({**there, _DELAY: after}.values()))
+
+
+def known_to(rig: Rig, factors: Factors, share: float) -> tuple[Rig, dict[str, tuple[float, float]]]:
+    """A rig, and factors [low, high] on its numbers, known to +-`share` of their ranges.
+
+    Each range shrinks towards the rig's own value to 2 `share` of its width: with 0.5 it is the range as declared, with
+    0 the value is exact.
+    """
+
+    def shrunk(low: float, high: float, middle: float) -> tuple[float, float]:
+        return middle + 2 * share * (low - middle), middle + 2 * share * (high - middle)
+
+    def known(number: Number) -> Number:
+        if number.uncertain is None:
+            return number
+        low, high = shrunk(*number.uncertain, number.value)
+        return replace(number, low=low, high=high, interval=None)
+
+    return rig.with_each_number(known), {name: shrunk(*ends, 1.0) for name, ends in factors.items()}

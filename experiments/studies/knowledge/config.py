@@ -9,7 +9,7 @@ from workbench.base.table import Table
 from workbench.commands.common.envelope_keys import MOST_PLANTS
 from workbench.commands.common.experiment import read_experiment
 from workbench.commands.tune.config import TuneConfig, load_tune
-from workbench.loop.knowledge import ALL, known_to
+from workbench.loop.rig_variations import ALL, known_to
 from workbench.loop.tuning.problem import TuneProblem
 from workbench.rigs.rig import Rig
 

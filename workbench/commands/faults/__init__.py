@@ -2,5 +2,5 @@
 
 options, config    what it is asked; the experiment file
 fault_free         loops on drawn plants without a fault: does the guard trip?
-study, page        all rows; the report (loop/fault_trial plays one fault, loop/fault_counts counts what they came to)
+study, page        all rows; the report (loop/fault_trial plays one fault, and counts what many came to)
 """

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.words import counted
-from ...loop.fault_counts import BEYOND, STOP, counts, harmful
-from ...loop.fault_trial import MOMENTS, FaultTrials
+from ...loop.fault_trial import BEYOND, MOMENTS, STOP, FaultTrials, counts, harmful
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words

@@ -7,8 +7,7 @@ from typing import Any
 from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import graph_law
-from ...loop.fault_counts import counts, harmful, helpless
-from ...loop.fault_trial import MOMENTS, FaultLoops, FaultTrial, FaultTrials
+from ...loop.fault_trial import MOMENTS, FaultLoops, FaultTrial, FaultTrials, counts, harmful, helpless
 from ...loop.faults import FAULTS
 from ...rigs.shut_off import closing_in
 from ..common.design_numbers import Subject

@@ -9,7 +9,7 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...loop.knowledge import ALL, known_to
+from ...loop.rig_variations import ALL, known_to
 from ...loop.robustness.problem import RobustnessProblem
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors, read_moves, read_positions

@@ -10,8 +10,7 @@ from ...linear.operating_point import far_end
 from ...plant import build
 from ...rigs.rig import Rig
 from ..rig_variations import with_delay
-from .draw import drawn
-from .plant_draw import PlantDraw
+from .plant_draw import PlantDraw, drawn
 from .problem import RobustnessProblem
 
 POINTS = ("null", "moving")

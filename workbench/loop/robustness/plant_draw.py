@@ -10,6 +10,7 @@ from ...plant import Plant
 from ...plant.effects import numbers_of
 from ...rigs.rig import Rig
 from ..plant_lanes import drawn_evenly, uncertain
+from .problem import RobustnessProblem
 
 
 @dataclass(frozen=True)
@@ -79,3 +80,11 @@ def _random(seed: int, first: int) -> np.random.Generator:
     counted = np.random.PCG64(seed)
     counted.advance(first)
     return np.random.Generator(counted)
+
+
+def drawn(problem: RobustnessProblem, plant: Plant, block: range | None = None) -> PlantDraw:
+    """The same for the same seed, all or a `block` of them. The first is the nominal one at mid stroke."""
+    reach = problem.stroke * problem.rig.limit("stroke")
+    way = problem.step if problem.signal.name == "position" else 0.0
+    span = -reach, reach - way
+    return draw_plants(problem.rig, plant, problem.factors, problem.plants, problem.conditions.seed, span, block)

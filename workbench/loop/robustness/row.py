@@ -7,9 +7,9 @@ import numpy as np
 from ...base.numbers import finite, quantile
 from ...plant import build
 from ..limit import times_limit
-from .draw import drawn
 from .kept import Kept
 from .linear_loops import Place
+from .plant_draw import drawn
 from .problem import RobustnessProblem
 
 _WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst plant
