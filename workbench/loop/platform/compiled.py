@@ -1,5 +1,6 @@
 """A platform's loop compiled: plant, laws and guards in one run of the engine, alone or in lanes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,13 +19,14 @@ from ..sampled_loop import SIMULATION_FAILED
 from .legs import Inputs, Instants, LegSensors
 from .setup import PlatformSetup
 
+Lane = tuple[Equilibrium, Inputs, np.ndarray]  # where it begins, what comes in, and its parameters p [k]
+
 
 @dataclass(frozen=True, eq=False)
 class CompiledPlatform:
     """A platform with its sensors, six guards and a law, ready to run in lanes.
 
-    Between runs a lane is its state of the plant x [n] and its `memory`: the commands on their way, the guards and the
-    law.
+    A lane is its state of the plant x [n] and its `memory`: the commands on their way, the guards and the law.
     """
 
     setup: PlatformSetup
@@ -57,17 +59,12 @@ class CompiledPlatform:
         """Of law, guards and sensors, one leg after the other; `offset` [6]: with which the law begins."""
         return self.whole.parameters(self.law.numbers[None], offset[None])[0]
 
-    def rows(self, **columns: np.ndarray) -> np.ndarray:
-        """Rows of instants [.., k, inputs] of `reference`, `added`, `others` and, where sensors are noisy, `noise`,
-        each [.., k, own]."""
-        return packed(self.shape.inputs(self.setup.engine.plant), **columns)
-
-    def run(
-        self, x: np.ndarray, memory: np.ndarray, rows: np.ndarray, numbers: np.ndarray, p: np.ndarray | None = None
-    ) -> tuple[Batch, dict[str, np.ndarray]]:
-        """Lanes from x [lanes, n] along rows [lanes, k, inputs]; `memory` [lanes, own] changes in place. States as in
-        Engine.run_batch, and what each instant put out, by the names of OUT, [lanes, k, 6]."""
-        batch, out = self.setup.engine.run_sampled(self.shape, x, self.whole.durations, memory, rows, numbers, p=p)
+    def play(self, lanes: Sequence[Lane]) -> tuple[Batch, dict[str, np.ndarray]]:
+        """Lanes along as many instants each. States as in Engine.run_batch, and what each instant put out, by the names
+        of OUT, [lanes, k, 6]."""
+        x, memory, rows, numbers = map(np.array, zip(*(self._begun(*lane) for lane in lanes), strict=True))
+        p, durations = np.array([own for *_, own in lanes]), self.whole.durations
+        batch, out = self.setup.engine.run_sampled(self.shape, x, durations, memory, rows, numbers, p=p)
         return batch, dict(zip(OUT, np.split(out, len(OUT), axis=2), strict=True))
 
     def trip(self, codes: np.ndarray) -> str | None:
@@ -76,16 +73,15 @@ class CompiledPlatform:
         rig = self.setup.guarded[legs[0]] if len(legs) else None
         return None if rig is None else f"leg {legs[0] + 1}: {trip_reason(rig, int(codes[legs[0]]))}"
 
-    def begun(self, start: Equilibrium, inputs: Inputs, p: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
-        """What `run` takes of a lane, state, memory, rows and numbers, at an operating point of parameters p [k] (the
-        plant's own), before the first of its inputs."""
-        first = self.sensors.read(self.setup.engine.observe(start.x, start.u, p), inputs.normal[0])
+    def _begun(self, start: Equilibrium, inputs: Inputs, p: np.ndarray) -> tuple[np.ndarray, ...]:
+        """State, memory, rows of instants [k, inputs] and numbers of a lane, before the first of its inputs."""
+        engine, command = self.setup.engine, start.u[:LEGS]
+        first = self.sensors.read(engine.observe(start.x, start.u, p), inputs.normal[0])
         measured = first[:, self.sensors.picked(self.law.measures)].ravel()
-        signals = np.concatenate((inputs.reference[0], inputs.forward[0], measured))
-        x, offset = self.law.start(signals, start.u[:LEGS])
+        x, offset = self.law.start(np.concatenate((inputs.reference[0], inputs.forward[0], measured)), command)
         noise = inputs.normal[1:] if self.sensors.noisy else inputs.normal[1:, :0]
-        rows = self.rows(reference=inputs.reference, added=inputs.forward, others=inputs.others, noise=noise)
-        return start.x, self.memory(start.u[:LEGS], x), rows, self.numbers(offset)
+        rows = np.hstack((inputs.reference, inputs.forward, inputs.others, noise))
+        return start.x, self.memory(command, x), rows, self.numbers(offset)
 
 
 def coupling_numbers(setup: PlatformSetup) -> np.ndarray:
@@ -106,7 +102,7 @@ def coupling_numbers(setup: PlatformSetup) -> np.ndarray:
 def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> Instants:
     """The loop of a law along its inputs, from the setup's operating point."""
     loop = CompiledPlatform(setup, sensors, law)
-    batch, out = loop.run(*(part[None] for part in loop.begun(setup.null, inputs)))
+    batch, out = loop.play([(setup.null, inputs, setup.engine.plant.p)])
     failed = int(batch.failed[0])
     k = len(inputs.reference) if failed < 0 else failed + 1
     reason = loop.trip(out["trip"][0, k - 1]) if failed < 0 else SIMULATION_FAILED

@@ -105,10 +105,9 @@ def _played(
     for each in platforms:
         pose = each.pose + step.pose(period)
         normal = sensors.draws(len(pose), seed, each.number)
-        lanes.append(loop.begun(each.setup.null, inputs_of(setup, controller, pose, {}, normal), each.p))
-    starts, memory, rows, numbers = (np.array(part) for part in zip(*lanes, strict=True))
-    batch, out = loop.run(starts, memory, rows, numbers, np.array([each.p for each in platforms]))
+        lanes.append((each.setup.null, inputs_of(setup, controller, pose, {}, normal), each.p))
+    batch, out = loop.play(lanes)
     failed = batch.failed >= 0
-    states = np.where(failed[:, None, None], starts[:, None], batch.x[:, :-1])
+    states = np.where(failed[:, None, None], batch.x[:, :1], batch.x[:, :-1])
     tripped = failed | np.any(out["trip"][:, -1] > 0, axis=1)
     return np.arange(states.shape[1]) * period, states, tripped
