@@ -17,12 +17,14 @@ from ..base.private_cache import store, stored
 from ..base.recent import Recent
 from .vector_math import LIBM
 
+_LINKER = 200_000  # bytes that the linker of an object takes, beside its code
+
 
 class Library:
     """The functions of some machine code, by name: their addresses are good as long as somebody holds the library."""
 
     def __init__(self, code: bytes, names: Sequence[str]) -> None:
-        self.size = len(code)
+        self.size = len(code) + _LINKER
         self._called = [library for name, library in list(_PROVIDED.items()) if name.encode() in code]
         builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
         for symbol, address in _c_library().items():
@@ -49,7 +51,7 @@ def _unload(tracker: llvm.ResourceTracker, jit: llvm.LLJIT) -> None:
 
 _LOADED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by key
 _PROVIDED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by a function that other code calls
-_RECENT = Recent[str, Library](32e6, lambda library: library.size)  # bytes that stay though nobody holds them
+_RECENT = Recent[str, Library](32e6, lambda library: library.size)  # bytes; they stay though nobody holds them
 _ONE_AT_A_TIME = Lock()
 
 
