@@ -369,6 +369,18 @@ def test_readings_that_are_lost_in_a_fast_motion_are_no_trip_and_the_controller_
     assert run.record.signals["position"][-1] == pytest.approx(0.05, abs=1e-3)
 
 
+def test_readings_that_are_lost_between_two_runs_of_a_moving_jack_are_no_trip():
+    reference = 0.05 * np.minimum(1.0, np.arange(400) / 80)
+    spec = next(spec for spec in TUNED.controllers if spec.name == "p-dp")
+    with served(jack_bench()) as server, Slow(at(server)) as client:
+        loop = WireLoop(client, RIG, spec.build(RIG.period.value))
+        for part in np.split(reference, 10):
+            run = loop.run(part)
+            assert run.ended is None
+            assert run.rows[-1][0] < len(part)
+        loop.end()
+
+
 class Late(LinkClient):
     """A client in real time, as a rig in lockstep plays it: each answer comes so many periods after its own, and until
     then the rig goes on with the one before. `acted`: the command from each reading on."""

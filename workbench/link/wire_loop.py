@@ -122,14 +122,16 @@ class WireLoop:
         self._before, first = self._reading, self._reading.tick
 
         def asked(k: int) -> tuple[float, float, np.ndarray | None]:
+            k = min(k, len(reference) - 1)
             future = None if ahead is None else ahead[k : k + self._preview + 1]
             return float(reference[k]), float(added[k]), future
 
         try:
             with _undisturbed():
                 while (k := self._reading.tick - first) < len(reference):
-                    self._pass_over(run, first, asked)
+                    self._pass_over(run, first, len(reference), asked)
                     self._instant(run, first, *asked(k))
+                self._pass_over(run, first, len(reference), asked)  # the next run takes up what comes now
         except Stopped as stopped:
             record = run.record
             run.trip = trip(self._rig, record.t, record.signals, stopped.why, motion)
@@ -177,12 +179,13 @@ class WireLoop:
             return sent
         return 0.0 if reading.watchdog else self._sent.get(reading.sequence, sent)
 
-    def _pass_over(self, run: WireRun, first: int, asked: Callable[[int], tuple[float, float, Any]]) -> None:
-        """Time goes on for guard and controller over readings that nobody answered; those that came have their row."""
+    def _pass_over(self, run: WireRun, first: int, rows: int, asked: Callable[[int], tuple[float, float, Any]]) -> None:
+        """Time goes on for guard and controller over readings that nobody answered; those that came within the run's
+        `rows` have theirs."""
         came = {each.tick: each for each in self._client.passed}
         for tick, measured in self._missed(came):
             _, demanded, _ = self._loop.sample(measured, *asked(tick - first))
-            if tick in came:
+            if tick in came and tick - first < rows:
                 run.keep(came[tick], first, asked(tick - first)[0], self._acting(came[tick], 0.0), demanded)
 
     def _missed(self, came: Mapping[int, Reading]) -> Iterator[tuple[int, Mapping[str, float]]]:
