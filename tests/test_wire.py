@@ -21,6 +21,7 @@ from workbench.linear import equilibrium
 from workbench.link import datagrams
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
+from workbench.link.course import rest_record
 from workbench.link.wire_loop import WireLoop, WireRun
 from workbench.loop.guarded_controller import GuardedController
 from workbench.loop.sampled_loop import SampledLoop
@@ -407,6 +408,13 @@ class Late(LinkClient):
         return replace(readings[-1], sequence=self._number)
 
     _old = 0
+
+
+def test_a_record_at_rest_has_the_readings_that_came_while_the_machine_was_busy():
+    late = np.random.default_rng(4).choice([0, 0, 0, 3], 2000).tolist()
+    with served(jack_bench(computes=False)) as server, Late(at(server), late) as client:
+        record = rest_record(client, RIG)
+    assert np.diff(record.t) == pytest.approx(RIG.period.value)
 
 
 def test_a_record_in_real_time_has_every_reading_and_the_command_that_acted_however_late_an_answer_was():

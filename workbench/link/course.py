@@ -44,6 +44,8 @@ def rest_record(client: LinkClient, rig: Rig) -> Record:
     for _ in range(round(_REST / run.period)):
         run.keep(reading, 0, 0.0, 0.0, 0.0)
         reading = client.exchange((0.0,))
+        for each in client.passed:  # that came while this machine was busy
+            run.keep(each, 0, 0.0, 0.0, 0.0)
     client.off()
     record = run.record
     signals = {name: values for name, values in record.signals.items() if name != "reference"}
