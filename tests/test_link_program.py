@@ -81,7 +81,7 @@ def program(tmp_path_factory):
     @cache
     def made(source):
         folder, config = tmp_path_factory.mktemp(source) / "laws", config_of(source)
-        laws, left_out = exported(config, False)
+        laws, left_out = exported(config.rig, config.controllers, False)
         assert not left_out
         leave_laws(folder, config.rig, laws)
         sources = [str(path) for path in sorted(folder.glob("*.c"))]
