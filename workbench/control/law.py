@@ -24,6 +24,7 @@ from ..linear.state_space import StateSpace
 if TYPE_CHECKING:
     import casadi as ca
 
+    from ..engine.buffered import BufferedFunction
     from ..engine.sampled_law import LawGraphs
     from .planned_law import PlannedLaw
     from .shell import Shell
@@ -348,28 +349,6 @@ def flat_names(sizes: Mapping[str, int]) -> tuple[str, ...]:
     return tuple(name if size == 1 else f"{name}_{i}" for name, size in sizes.items() for i in range(size))
 
 
-class _Call:
-    """A function of vectors, evaluated where its arguments stand: conversions would take longer than a law does."""
-
-    def __init__(self, function: "ca.Function") -> None:
-        self._given = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
-        self._found = np.zeros(function.size1_out(0))
-        buffer: Any = function.buffer()
-        self._buffer, self._evaluate = buffer
-        for i, argument in enumerate(self._given):
-            if len(argument):
-                self._buffer.set_arg(i, argument.data)
-        if len(self._found):
-            self._buffer.set_res(0, self._found.data)
-
-    def __call__(self, *arguments: np.ndarray | float) -> np.ndarray:
-        """The result, in an array that is that of every call."""
-        for own, argument in zip(self._given, arguments, strict=True):
-            own[...] = argument
-        self._evaluate()
-        return self._found
-
-
 class LawController:
     """A controller whose law is all that it is: the protocol of workbench.control.protocol, made from the graphs."""
 
@@ -412,9 +391,11 @@ class LawController:
         self._x = advance(self._x, self._s, realised, self._offset, self._law.numbers).copy()
 
     @cached_property
-    def _calls(self) -> tuple[_Call, _Call]:
+    def _calls(self) -> "tuple[BufferedFunction, BufferedFunction]":
         """Command and advance."""
-        return _Call(self._law.graphs.output), _Call(self._law.graphs.advance)
+        from ..engine.buffered import BufferedFunction
+
+        return BufferedFunction(self._law.graphs.output), BufferedFunction(self._law.graphs.advance)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_calls"}
