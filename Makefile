@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test fuzz lowest check figures docs docs-fast wheel release clean
+.PHONY: demo test fuzz lowest check figures docs docs-fast durations wheel release clean
 
 demo: .venv/ready
 	@echo "1/3 the paper's figures on jack-10t"
@@ -16,6 +16,10 @@ demo: .venv/ready
 
 test: .venv/dev
 	$(BIN)/pytest -n 2 --dist worksteal
+
+# .ci/durations.txt: the slowest tests of the whole suite
+durations: .venv/dev
+	$(BIN)/pytest -n 2 --dist worksteal -p durations
 
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
