@@ -1,4 +1,4 @@
-"""A pytest plugin that leaves the slowest tests of a run in durations.txt beside it: seconds by the clock, and the test.
+"""A pytest plugin that leaves the slowest tests of a run in durations.txt beside it, with their seconds by the clock.
 
 `make durations` runs the whole suite with it. What a fixture takes counts for the test that asked for it first.
 """

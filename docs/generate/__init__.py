@@ -11,7 +11,7 @@ effects       the library of effects
 controllers   controllers and compensators with their design numbers
 commands      every command with its options
 examples      the scripts of examples/, run, with what they print and draw
-architecture  pictures of the rooms and of the ways through them
+architecture  pictures of the rooms and of the ways through them; the lengths of three walks
 words         the words of the house with their meanings
 gallery       reports that their commands make, with pictures of their first screens
 tables        who made the tables that studies left, and when
@@ -51,6 +51,7 @@ def write_pages(folder: Path, cache: Path, run: bool) -> None:
         **doors.pages(),
         **words.parts(),
         **examples.pages(folder, cache / "examples", run),
+        **architecture.parts(cache / "walks", run),
         **gallery.parts(cache / "gallery", run),
     }
     for name, text in pages.items():

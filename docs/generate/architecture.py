@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .readme import ROOT
+from .runs import Cell, Run, run_all
 
 _PACKAGE = ROOT / "workbench"
 _RANKS = (
@@ -153,6 +154,15 @@ def _box(x: float, y: float, width: float, height: float, title: str, below: str
 def _svg(width: float, height: float, parts: list[str]) -> str:
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}">'
     return "\n".join([head, _STYLE, *parts, "</svg>"])
+
+
+def parts(cache: Path, run: bool) -> dict[str, str]:
+    """How far the walks are and how large the code is; a sentence alone where that has not run."""
+    walks = Run("walks", (Cell("shell", "", 'python "$PYTHONPATH/.ci/walks.py"'),), cache)
+    if run:
+        run_all([walks])
+    left = walks.left()
+    return {"part_walks.md": f"```text\n{left[0]['printed']}```\n" if left else "`make docs` counts them.\n"}
 
 
 def write(folder: Path) -> None:
