@@ -1,6 +1,8 @@
 """Linear MPC: LQG far from limits, the optimum of its programme near them, limits kept, and what goes wrong counted."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -338,3 +340,11 @@ def test_a_pressure_limit_is_that_of_the_design_model(name, own, heavy):
         setup = loop_setup(variation(config.rig, rig))
         runs = [play(spec, scenario, setup).record.signals for scenario in config.scenarios if scenario.size > 0.05]
         assert max(np.abs(run["pa"] - run["pb"]).max() for run in runs) == pytest.approx(1e5 * most, rel=0.01)
+
+
+def test_a_law_that_nobody_holds_leaves_nothing_but_its_graphs():
+    """Its tables are large, and a page on which its horizon is moved makes hundreds of laws."""
+    spec = shipped_spec("mpc")
+    kept = ref(planned(replace(spec, design=replace(spec.design, horizon=0.0331)).build(PERIOD)))
+    gc.collect()
+    assert kept() is None

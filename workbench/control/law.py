@@ -11,7 +11,7 @@ sampled_law), slopes at any operating point (`linearised`), and code for a card 
 """
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -295,24 +295,11 @@ def static_law(gains: Sequence[float], measures: tuple[str, ...], period: float)
 
 def law_graphs(output: Output, advance: Output, sizes: tuple[int, int, int], key: Hashable) -> "LawGraphs":
     """Graphs of two functions on symbols, of so many states, signals and numbers; shared by those of one key."""
-    functions = _Keyed(key, output, advance)
-    return (
-        _graphs(functions, sizes)
-        if key is None
-        else _SHARED.get((functions, sizes), partial(_graphs, functions, sizes))
-    )
+    make = partial(_graphs, output, advance, sizes)
+    return make() if key is None else _SHARED.get((key, sizes), make)
 
 
-@dataclass(frozen=True)
-class _Keyed:
-    """Two functions on symbols that are known by a key."""
-
-    key: Hashable
-    output: Output = field(compare=False)
-    advance: Output = field(compare=False)
-
-
-def _graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
+def _graphs(output: Output, advance: Output, sizes: tuple[int, int, int]) -> "LawGraphs":
     import casadi as ca
 
     from ..engine.sampled_law import LawGraphs
@@ -320,19 +307,19 @@ def _graphs(functions: _Keyed, sizes: tuple[int, int, int]) -> "LawGraphs":
     x, s, q = (ca.SX.sym(name, size) for name, size in zip("xsq", sizes, strict=True))
     v, o = ca.SX.sym("v"), ca.SX.sym("o")
     return LawGraphs(
-        ca.Function("output", [x, s, o, q], [ca.densify(ca.SX(functions.output(x, s, o, q)))]),
-        ca.Function("advance", [x, s, v, o, q], [ca.densify(ca.SX(functions.advance(x, s, v, o, q)))]),
+        ca.Function("output", [x, s, o, q], [ca.densify(ca.SX(output(x, s, o, q)))]),
+        ca.Function("advance", [x, s, v, o, q], [ca.densify(ca.SX(advance(x, s, v, o, q)))]),
     )
 
 
-_ROOM = 200_000  # instructions of graphs, a tenth of a kilobyte each, that stay though nobody holds them
+_ROOM = 100_000  # instructions of graphs, a tenth of a kilobyte each, that stay though nobody holds them
 
 
 def _size(graphs: "LawGraphs") -> int:
     return max(graphs.instructions, _ROOM // 64)  # so that no more than so many stay
 
 
-_SHARED: "Recent[tuple[_Keyed, tuple[int, int, int]], LawGraphs]" = Recent(_ROOM, _size)
+_SHARED: "Recent[tuple[Hashable, tuple[int, int, int]], LawGraphs]" = Recent(_ROOM, _size)
 _FILLED: Recent[tuple[Law, int], Law] = Recent(_ROOM, lambda law: _size(law.graphs))
 
 

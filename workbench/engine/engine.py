@@ -28,7 +28,7 @@ TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
 RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has taken more than these has failed
-_LAWS = 16e6  # bytes of the laws that an engine holds as machine code
+_LAWS = 8e6  # bytes of the laws that an engine holds as machine code
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
 

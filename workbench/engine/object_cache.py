@@ -51,7 +51,7 @@ def _unload(tracker: llvm.ResourceTracker, jit: llvm.LLJIT) -> None:
 
 _LOADED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by key
 _PROVIDED: "WeakValueDictionary[str, Library]" = WeakValueDictionary()  # by a function that other code calls
-_RECENT = Recent[str, Library](32e6, lambda library: library.size)  # bytes; they stay though nobody holds them
+_RECENT = Recent[str, Library](16e6, lambda library: library.size)  # bytes; they stay though nobody holds them
 _ONE_AT_A_TIME = Lock()
 
 
