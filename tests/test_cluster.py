@@ -11,9 +11,7 @@ from made_experiments import P_DP
 
 from experiments.studies.trace.given import Given
 from experiments.studies.trace.study import run_trace_study
-from workbench.base import cluster as cluster_module
-from workbench.base import installation as installation_module
-from workbench.base import trust
+from workbench.base import cluster as cluster_module, installation as installation_module, trust
 from workbench.base.cluster import cluster_at
 from workbench.base.errors import ClusterError, InputError
 from workbench.base.process_pool import process_pool

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from workbench.base.errors import InputError
 from workbench.commands.common.run_folder import metrics_json, open_run, resolved_config

@@ -22,8 +22,7 @@ from workbench.control.inner_loop import inner_loop_closed, overshoots
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear import discretise
 from workbench.linear.state_space import sampled_response
-from workbench.loop.overshoots import overshoot_spread
-from workbench.loop.overshoots import spread as spread_of
+from workbench.loop.overshoots import overshoot_spread, spread as spread_of
 
 PERIOD = 1e-3
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "position_crone.toml"

@@ -5,8 +5,7 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from controllers.p import P
 from workbench.base.errors import InputError

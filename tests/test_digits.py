@@ -3,8 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from workbench.report.digits import Known, four_digits, to_step, within
 from workbench.report.table import Table, best_cells, folded, table_html

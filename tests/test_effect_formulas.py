@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from workbench.plant.effects import LIBRARY, find
 

@@ -5,8 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 from fractional_plants import THIRD_DENOMINATOR, coefficient, s, size
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.control.fractional import FractionalTransferFunction

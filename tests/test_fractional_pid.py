@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import workbench as wb
-from controllers import FractionalPid as Law
-from controllers import LapInverse, PidLead, PressureFeedback
+from controllers import FractionalPid as Law, LapInverse, PidLead, PressureFeedback
 from controllers.fractional_pid import FractionalPid
 from controllers.pid_lead import PidLead as Plain
 from workbench.base.errors import InputError

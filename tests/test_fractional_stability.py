@@ -6,8 +6,7 @@ from math import sqrt
 import numpy as np
 import pytest
 from fractional_plants import PLANTS, PODLUBNY, coefficient, s, size
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from workbench.control.fractional import FractionalPolynomial, FractionalTransferFunction
 from workbench.control.fractional.polynomial import order_of

@@ -5,8 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from fractional_plants import AT, PODLUBNY, s, size, system
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from workbench.base.errors import InputError
 from workbench.control.fractional.polynomial import common_order, order_of

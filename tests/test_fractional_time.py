@@ -6,8 +6,7 @@ import control
 import numpy as np
 import pytest
 from fractional_plants import PLANTS, PODLUBNY, coefficient, s, size
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from scipy.special import erfcx
 
 from workbench.control.fractional import FractionalTransferFunction

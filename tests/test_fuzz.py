@@ -7,8 +7,7 @@ from collections import Counter
 from itertools import count
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from judged_reading import TooSlow, bad_message, limited, unbounded
 from mutants import LONG
 from mutated_inputs import KINDS, examine, prepare, seeded

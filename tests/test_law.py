@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from test_compiled_loop import agree
 from test_controllers import CONTROLLERS, make, size
 

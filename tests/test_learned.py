@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from effect_laws import BETA, EPS, TRAVEL, evaluated
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from refined_plants import differences, graph_of
 
 from workbench.base.errors import InputError

@@ -10,8 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from made_campaigns import campaign, rubbing
 from made_pages import MARKUP, NUMBERS, beyond_all, drawn, made_result, odd_fit, odd_numbers, plain_fit, rms
 

@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from made_pages import MARKUP, beyond_all, drawn, made_result, odd_fit, plain_fit
 from test_pump_trace import cycle
 
 from workbench.commands.common.run_folder import metrics_json
-from workbench.commands.trace import metrics as trace_metrics
-from workbench.commands.trace import sheet_page as sheet_pages
+from workbench.commands.trace import metrics as trace_metrics, sheet_page as sheet_pages
 from workbench.commands.trace.metrics import more_json, trace_json
 from workbench.commands.trace.page import trace_page
 from workbench.commands.trace.sheets import sheet_json

@@ -17,8 +17,7 @@ from workbench.linear import Equilibrium
 from workbench.linear.sampling import sampled_plant
 from workbench.linear.state_space import sampled_response
 from workbench.loop.envelope import envelope
-from workbench.loop.robustness.linear_loops import linear_loops as loops_at
-from workbench.loop.robustness.linear_loops import places
+from workbench.loop.robustness.linear_loops import linear_loops as loops_at, places
 from workbench.loop.robustness.workers import plants_by_block
 from workbench.loop.rows import LoopSetup, judge, linear_loops
 from workbench.loop.sampled_lanes import sampled_lane

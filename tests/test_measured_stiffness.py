@@ -5,8 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from test_compiled_loop import agree, both
 
 from controllers import ForceLag, LapInverse, P, PidLead, PressureFeedback, Shaping

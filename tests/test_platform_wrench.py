@@ -23,8 +23,7 @@ from workbench.identify.wrench.lines import line_noise, lines
 from workbench.linear.platform_modes import platform_equilibrium, platform_modes
 from workbench.plant import build_platform
 from workbench.rigs.platform import AXES, load_platform, platform_effect
-from workbench.rigs.platform.platform_file import load_platform as read
-from workbench.rigs.platform.platform_file import platform_text
+from workbench.rigs.platform.platform_file import load_platform as read, platform_text
 
 PLATFORM = load_platform("hexapod")
 MOMENT, LEG = 90.0, 3

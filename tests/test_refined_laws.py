@@ -4,8 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from effect_laws import BETA, EPS, TRAVEL, evaluated
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from workbench.plant.effects import Scope, find, refine
 from workbench.plant.effects.curves import areas, knots_at, levels, ramps

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from made_campaigns import commands, made, rubbing, rubbing_campaign
 
 from workbench.identify.data import noise_floor

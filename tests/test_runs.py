@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from made_runs import COMMAND, complete, finish, stop
 
 from workbench.commands.common.run_folder import Run, metrics_json, open_run, resolved_config, versions

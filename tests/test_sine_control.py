@@ -5,8 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, given, settings, strategies as st
 
 from controllers import AmplitudePhase, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError

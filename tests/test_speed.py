@@ -3,8 +3,7 @@
 import pytest
 
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.speed import loops
-from workbench.commands.speed import study as speed
+from workbench.commands.speed import loops, study as speed
 
 
 @pytest.fixture(scope="module")

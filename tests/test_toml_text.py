@@ -4,8 +4,7 @@ import math
 import tomllib
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from workbench.base.toml_text import toml_text
 from workbench.rigs.rig_file import bundled, load_rig, rig_text

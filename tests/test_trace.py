@@ -42,8 +42,7 @@ from workbench.identify.trace.refit import fit_rig, heldout_errors, numbers_expl
 from workbench.identify.trace.refits import _Refits, run_pass
 from workbench.identify.trace.rule import NAMED, Judgement, explained
 from workbench.identify.trace.tracer import trace
-from workbench.plant.effects import LIBRARY as WHOLE
-from workbench.plant.effects import find
+from workbench.plant.effects import LIBRARY as WHOLE, find
 from workbench.plant.effects.declared import effects_for
 from workbench.records import Record, load_campaign
 from workbench.report import render

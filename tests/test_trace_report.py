@@ -21,8 +21,7 @@ from workbench.commands.trace.tables import base_table, candidates_table, rule_t
 from workbench.identify.found.detectability import undetectable
 from workbench.identify.found.missing_shape import UnexplainedDisturbance, missing_shape
 from workbench.identify.trace.findings import Trace
-from workbench.plant.effects import EQUATIONS, find
-from workbench.plant.effects import LIBRARY as WHOLE
+from workbench.plant.effects import EQUATIONS, LIBRARY as WHOLE, find
 from workbench.plant.effects.declared import effects_for
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
 from workbench.report.chart import chart

@@ -5,8 +5,7 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from workbench.base.errors import InputError
 from workbench.base.gain_phase import gain_db

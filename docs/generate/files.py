@@ -10,8 +10,7 @@ from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.faults.config import load_faults
 from workbench.commands.inverse.config import load_inverse
 from workbench.commands.learn.config import load_any, load_learning
-from workbench.commands.robustness.config import load_any as load_robustness_of_any
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.config import load_any as load_robustness_of_any, load_robustness
 from workbench.commands.run.config import load_config
 from workbench.commands.sines.config import load_sines
 from workbench.commands.train.config import load_train

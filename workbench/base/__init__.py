@@ -5,7 +5,7 @@ files           reading of files that others made, and places and names of files
 units, signals  units at the borders; the signals of a jack rig by name
 toml, table, key_lines    TOML files read strictly: a table that is asked by key; the line of each key
 toml_text       TOML files as people write them: a number with its unit on one line
-lazy, asked     names of a package, loaded when first used; functions that say what they want
+asked           functions that say what they want
 checkpoint      stages of a long computation, and progress
 trust, private_files, private_cache    code that comes with data, and whether it may run; where a user keeps things, and
                 what a later start need not compute again

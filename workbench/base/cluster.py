@@ -27,8 +27,7 @@ from .installation import Installation, differences, installation
 from .trust import granted, lent
 
 if TYPE_CHECKING:
-    from distributed import Client
-    from distributed import Future as DaskFuture
+    from distributed import Client, Future as DaskFuture
 
 A = TypeVar("A")
 B = TypeVar("B")

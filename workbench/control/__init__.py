@@ -24,66 +24,7 @@ platform_controller, platform_law    six laws on the legs or on the modes of a p
 export/                laws for a rig's own digital controller
 """
 
-from typing import TYPE_CHECKING
-
-from ..base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .compensators import Compensator, compensated
-    from .controller_spec import ControllerSpec
-    from .controller_type import ControllerType, controller
-    from .discrete_filter import weighted
-    from .jack_model import JackModel
-    from .kalman_observer import JackObserver, ObservedJack
-    from .law import Law, LawController, linear_law, static_law
-    from .piecewise_linear import CommandMap, PiecewiseLinear
-    from .protocol import Controller, design_numbers, graph_law, linear_view, number
-    from .second_order_sections import Factors
-    from .section_controller import SectionController
-    from .shell import Shell, around
-
-__all__ = [
-    "CommandMap",
-    "Compensator",
-    "Controller",
-    "ControllerSpec",
-    "ControllerType",
-    "Factors",
-    "JackModel",
-    "JackObserver",
-    "Law",
-    "LawController",
-    "ObservedJack",
-    "PiecewiseLinear",
-    "SectionController",
-    "Shell",
-    "around",
-    "compensated",
-    "controller",
-    "design_numbers",
-    "graph_law",
-    "linear_law",
-    "linear_view",
-    "number",
-    "static_law",
-    "weighted",
-]
+import lazy_loader
 
 # The protocol need not wait for any design.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "compensators": ("Compensator", "compensated"),
-        "controller_spec": ("ControllerSpec",),
-        "controller_type": ("ControllerType", "controller"),
-        "discrete_filter": ("weighted",),
-        "jack_model": ("JackModel",),
-        "kalman_observer": ("JackObserver", "ObservedJack"),
-        "law": ("Law", "LawController", "linear_law", "static_law"),
-        "piecewise_linear": ("CommandMap", "PiecewiseLinear"),
-        "protocol": ("Controller", "design_numbers", "graph_law", "linear_view", "number"),
-        "second_order_sections": ("Factors",),
-        "section_controller": ("SectionController",),
-        "shell": ("Shell", "around"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

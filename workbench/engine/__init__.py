@@ -23,24 +23,6 @@ floor          least time of an attempt: that of its divisions and roots
 peers          public solvers that the engine is measured against
 """
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from ..base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .delay_line import DelayLine, LaneDelays, periods
-    from .engine import Engine
-    from .jobs import Batch
-    from .trajectory import Trajectory
-
-__all__ = ["Batch", "DelayLine", "Engine", "LaneDelays", "Trajectory", "periods"]
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "delay_line": ("DelayLine", "LaneDelays", "periods"),
-        "engine": ("Engine",),
-        "jobs": ("Batch",),
-        "trajectory": ("Trajectory",),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -18,46 +18,7 @@ datasheet   valves fitted to a maker's figures
     model_fit = fit_rig(problem)                                  # the rig's numbers that have bounds, fitted
 """
 
-from typing import TYPE_CHECKING
-
-from ..base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .data import NoiseFloor, Whiteness, measured_response, noise_floor, whiteness
-    from .fit.predict import Prediction, predict_free, predict_windows
-    from .fit.repeats import FreeRunComparison, against_mean
-    from .trace.findings import CandidateFit, Trace
-    from .trace.problem import EstimationProblem, estimation_problem
-    from .trace.refit import FittedModel, fit_rig
-
-__all__ = [
-    "CandidateFit",
-    "EstimationProblem",
-    "FittedModel",
-    "FreeRunComparison",
-    "NoiseFloor",
-    "Prediction",
-    "Trace",
-    "Whiteness",
-    "against_mean",
-    "estimation_problem",
-    "fit_rig",
-    "measured_response",
-    "noise_floor",
-    "predict_free",
-    "predict_windows",
-    "whiteness",
-]
+import lazy_loader
 
 # A noise floor need not wait for the plant.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "data": ("NoiseFloor", "Whiteness", "measured_response", "noise_floor", "whiteness"),
-        "fit.predict": ("Prediction", "predict_free", "predict_windows"),
-        "fit.repeats": ("FreeRunComparison", "against_mean"),
-        "trace.findings": ("CandidateFit", "Trace"),
-        "trace.problem": ("EstimationProblem", "estimation_problem"),
-        "trace.refit": ("FittedModel", "fit_rig"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,57 +13,6 @@ Names are loaded when they are used. Each function that returns a system of pyth
 equilibrium need not wait for it.
 """
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from ..base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .block_diagram import ValveBlocks, null_pressure, valve_blocks
-    from .crossings import corner_frequency
-    from .frequency_response import SteppedSine, linear_response, scan, stepped_sine
-    from .interconnect import feedback, parallel, select, series
-    from .linearisation import linear_plant, linearise
-    from .nonlinear import nonlinear_system
-    from .operating_point import Equilibrium, equilibrium
-    from .sampling import discretise, sampled_plant, zero_order_hold
-    from .state_space import StateSpace, as_state_space, sampled_response
-
-_HOMES = {
-    "block_diagram": ("ValveBlocks", "null_pressure", "valve_blocks"),
-    "crossings": ("corner_frequency",),
-    "frequency_response": ("SteppedSine", "linear_response", "scan", "stepped_sine"),
-    "interconnect": ("feedback", "parallel", "select", "series"),
-    "linearisation": ("linear_plant", "linearise"),
-    "nonlinear": ("nonlinear_system",),
-    "operating_point": ("Equilibrium", "equilibrium"),
-    "sampling": ("discretise", "sampled_plant", "zero_order_hold"),
-    "state_space": ("StateSpace", "as_state_space", "sampled_response"),
-}
-
-__all__ = [
-    "Equilibrium",
-    "StateSpace",
-    "SteppedSine",
-    "ValveBlocks",
-    "as_state_space",
-    "corner_frequency",
-    "discretise",
-    "equilibrium",
-    "feedback",
-    "linear_plant",
-    "linear_response",
-    "linearise",
-    "nonlinear_system",
-    "null_pressure",
-    "parallel",
-    "sampled_plant",
-    "sampled_response",
-    "scan",
-    "select",
-    "series",
-    "stepped_sine",
-    "valve_blocks",
-    "zero_order_hold",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, _HOMES)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

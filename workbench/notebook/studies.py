@@ -9,8 +9,7 @@ from ..base.toml import read_toml
 from ..commands.bench.study import run_bench
 from ..commands.common.bench_experiment import load_bench
 from ..commands.common.outcome import Outcome
-from ..commands.common.shipped import campaign as campaign_folder
-from ..commands.common.shipped import experiment as experiment_file
+from ..commands.common.shipped import campaign as campaign_folder, experiment as experiment_file
 from ..commands.faults.config import load_faults
 from ..commands.faults.study import run_faults
 from ..commands.fit.options import STARTS

@@ -23,8 +23,7 @@ from ...loop.scenarios import Scenario
 from ...plant import build
 from ...records.excitation import Multisine
 from ...rigs.rig import Rig
-from .drawn_record import KEYS as DRAWN_KEYS
-from .drawn_record import DrawnConfig, read_drawn
+from .drawn_record import KEYS as DRAWN_KEYS, DrawnConfig, read_drawn
 from .experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
 from .rig_sets import check_variations, read_rig_set
 from .scenario_tables import check_scenarios, read_scenarios

@@ -47,8 +47,7 @@ def _record(options: argparse.Namespace, words: list[str]) -> None:
 def _record_platform(options: argparse.Namespace, words: list[str]) -> None:
     if options.at is not None:
         raise InputError("--at is for one jack; take it out: a platform is recorded in simulation")
-    from .platform import identity as identity_of
-    from .platform import platform_plan, run_platform_record
+    from .platform import identity as identity_of, platform_plan, run_platform_record
 
     planned = platform_plan(options.rig, options.seed, options.play)
     study = partial(run_platform_record, planned)

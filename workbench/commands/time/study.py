@@ -14,8 +14,7 @@ from ...loop.rows import loop_setup, play
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.rig import Rig
-from ...rigs.rig_file import bundled as bundled_rigs
-from ...rigs.rig_file import rig_text
+from ...rigs.rig_file import bundled as bundled_rigs, rig_text
 from ..common.bench_experiment import BenchConfig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage

@@ -14,8 +14,7 @@ from ...loop.tuning.goals import Trial
 from ...loop.tuning.problem import TuneProblem
 from ...loop.tuning.search import nearest_trial, search
 from ...report import Figure, Page
-from ...rigs.rig_file import bundled as bundled_rigs
-from ...rigs.rig_file import rig_text
+from ...rigs.rig_file import bundled as bundled_rigs, rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import TuneConfig

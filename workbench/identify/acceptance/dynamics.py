@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
-from scipy.stats import t as student
+from scipy.stats import f as f_distribution, t as student
 
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db, phase_deg

@@ -21,60 +21,7 @@ unexplained         whether a fitted rig follows its records at all
     x0, squares = predicted_states(model, windows, plant.p)       # initial states [windows, n] for given numbers
 """
 
-from typing import TYPE_CHECKING
-
-from ...base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .determined import Combination, Determination, FreeParameter, determine
-    from .free_parameters import Candidate, uncertain
-    from .initial_states import fit_states, predicted_states
-    from .model import Model
-    from .predict import Prediction, predict_free, predict_whole, predict_windows, predictions
-    from .repeats import FreeRunComparison, against_mean, mean_of, repeated
-    from .solver import Fit, fit_numbers
-    from .unexplained import unexplained_signals
-    from .windows import Windows, cut_windows, delayed
-
-__all__ = [
-    "Candidate",
-    "Combination",
-    "Determination",
-    "Fit",
-    "FreeParameter",
-    "FreeRunComparison",
-    "Model",
-    "Prediction",
-    "Windows",
-    "against_mean",
-    "cut_windows",
-    "delayed",
-    "determine",
-    "fit_numbers",
-    "fit_states",
-    "mean_of",
-    "predict_free",
-    "predict_whole",
-    "predict_windows",
-    "predicted_states",
-    "predictions",
-    "repeated",
-    "uncertain",
-    "unexplained_signals",
-]
+import lazy_loader
 
 # What figures determine need not wait for the plant.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "determined": ("Combination", "Determination", "FreeParameter", "determine"),
-        "free_parameters": ("Candidate", "uncertain"),
-        "initial_states": ("fit_states", "predicted_states"),
-        "model": ("Model",),
-        "predict": ("Prediction", "predict_free", "predict_whole", "predict_windows", "predictions"),
-        "repeats": ("FreeRunComparison", "against_mean", "mean_of", "repeated"),
-        "solver": ("Fit", "fit_numbers"),
-        "unexplained": ("unexplained_signals",),
-        "windows": ("Windows", "cut_windows", "delayed"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

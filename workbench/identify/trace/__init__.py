@@ -28,50 +28,7 @@ findings, stored    the answer, and fits as a run keeps them
     answer.verdict, [effect.candidate.effect.name for effect in answer.effects]
 """
 
-from typing import TYPE_CHECKING
-
-from ...base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .findings import CandidateFit, Pass, Trace
-    from .localise import Evidence, LinearTimeVaryingModel
-    from .locate import FaultLocation, locate_fault
-    from .problem import EstimationProblem, estimation_problem
-    from .refit import FittedModel, HeldoutErrors, fit_rig, heldout_errors
-    from .rule import Judgement
-    from .shape import Shape
-    from .tracer import trace
-
-__all__ = [
-    "CandidateFit",
-    "EstimationProblem",
-    "Evidence",
-    "FaultLocation",
-    "FittedModel",
-    "HeldoutErrors",
-    "Judgement",
-    "LinearTimeVaryingModel",
-    "Pass",
-    "Shape",
-    "Trace",
-    "estimation_problem",
-    "fit_rig",
-    "heldout_errors",
-    "locate_fault",
-    "trace",
-]
+import lazy_loader
 
 # An estimation problem need not wait for the whole tracer.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "findings": ("CandidateFit", "Pass", "Trace"),
-        "localise": ("Evidence", "LinearTimeVaryingModel"),
-        "locate": ("FaultLocation", "locate_fault"),
-        "problem": ("EstimationProblem", "estimation_problem"),
-        "refit": ("FittedModel", "HeldoutErrors", "fit_rig", "heldout_errors"),
-        "rule": ("Judgement",),
-        "shape": ("Shape",),
-        "tracer": ("trace",),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

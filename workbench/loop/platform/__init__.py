@@ -16,18 +16,7 @@ reached         sines inside and outside an axis's envelope; what a loop follows
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """
 
-from typing import TYPE_CHECKING
-
-from ...base.lazy import lazy_names
-
-if TYPE_CHECKING:
-    from .loop import PlatformRun, leg_references, run_platform
-    from .setup import PlatformSetup, platform_setup
-
-__all__ = ["PlatformRun", "PlatformSetup", "leg_references", "platform_setup", "run_platform"]
+import lazy_loader
 
 # An experiment is read without the plant.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {"loop": ("PlatformRun", "leg_references", "run_platform"), "setup": ("PlatformSetup", "platform_setup")},
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

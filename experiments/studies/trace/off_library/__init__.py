@@ -6,8 +6,7 @@ drive, valve, hydraulics, motion, pump    formulas of known effects that the lib
 unnamed    effects that the library has no name for; those of pump drives are in pump
 """
 
-from . import drive, hydraulics, motion, pump, valve
-from . import unnamed as nameless
+from . import drive, hydraulics, motion, pump, unnamed as nameless, valve
 
 OTHER_FORMULAS = (*drive.EFFECTS, *valve.EFFECTS, *hydraulics.EFFECTS, *motion.EFFECTS, *pump.FORMULAS)
 UNNAMED = (*nameless.EFFECTS, *pump.CAUSES)
