@@ -22,14 +22,14 @@ _SWITCHED = """## controllers.Switched
 
 def pages() -> dict[str, str]:
     """The page of the door `workbench`, name by name."""
-    parts = [part for name in sorted(workbench.__all__, key=str.lower) for part in _entry(name)]
+    parts = [part for name in sorted(dir(workbench), key=str.lower) for part in _entry(name)]
     return {"api.md": page("Python", _INTRODUCTION, _summary(), *parts, _SWITCHED)}
 
 
 def _summary() -> str:
     """Every name with the first sentence of its docstring."""
     rows = [
-        [f"{{py:obj}}`~workbench.{name}`", plain(_sentence(name))] for name in sorted(workbench.__all__, key=str.lower)
+        [f"{{py:obj}}`~workbench.{name}`", plain(_sentence(name))] for name in sorted(dir(workbench), key=str.lower)
     ]
     return table(("name", "what it is"), rows)
 

@@ -35,4 +35,4 @@ class Kept:
 def kept(name: str) -> Kept:
     """The table that STUDY/NAME.json holds, of a name "STUDY/NAME"."""
     table = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return Kept(*(table.pop(key) for key in ("version", "date", "command")), table)
+    return Kept(table.pop("version"), table.pop("date"), table.pop("command"), table)
