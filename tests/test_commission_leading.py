@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from workbench.link.commissioning import leading
+from workbench.link.commissioning import verify
 from workbench.link.commissioning.designs import _leading
 from workbench.loop.tuning.goals import Trial, Verdict
 
@@ -47,10 +47,10 @@ def decided(monkeypatch, designs, spent, trips=None):
         spent.trips += [None] * (place == trips)
         return designs[place]
 
-    monkeypatch.setattr(leading, "played_way", play)
-    monkeypatch.setattr(leading, "allowed", lambda rig: None)
-    monkeypatch.setattr(leading, "wire_rig", lambda rig, client: rig)
-    return leading.rig_decides(spent, None, list(range(len(designs))), GOAL, 1, lambda _: None)
+    monkeypatch.setattr(verify, "played_way", play)
+    monkeypatch.setattr(verify, "allowed", lambda rig: None)
+    monkeypatch.setattr(verify, "wire_rig", lambda rig, client: rig)
+    return verify.rig_decides(spent, None, list(range(len(designs))), GOAL, 1, lambda _: None)
 
 
 def trial(number, gain, cost, missed=None):
