@@ -143,7 +143,7 @@ def test_without_pressures_each_guard_is_that_of_a_jack(setup):
 def coupling(numbers, speeds, pressed):
     """What the guards compute of it, accelerations and decelerations [6]."""
     q = {name: ca.DM(numbers[place]) for name, place in COUPLED.items()}
-    return (np.array(part).ravel() for part in coupled(q, ca.DM(speeds), ca.DM(pressed)))  # type: ignore[arg-type]
+    return (np.array(part).ravel() for part in coupled(q, ca.DM(speeds), ca.DM(pressed)))
 
 
 def test_legs_that_are_alike_brake_a_mode_with_its_mass(setup):

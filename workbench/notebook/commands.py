@@ -16,7 +16,7 @@ from io import StringIO
 from numbers import Real
 from os import PathLike
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from typing import Any, NoReturn
 
 from ..base import trust
 from ..base.errors import InputError
@@ -41,9 +41,10 @@ def _function(name: str) -> Callable[..., Any]:
     """The function of a command."""
     command = next(command for command in COMMANDS if folder(command) == name)
     parser = _parser(command)
+    takes = Signature([_parameter(action) for action in _asked(parser)])
 
     def call(*given: Any, **named: Any) -> Any:
-        bound = cast(Any, call).__signature__.bind(*given, **named).arguments
+        bound = takes.bind(*given, **named).arguments
         with ExitStack() as files:
             words = list(_words(parser, bound, files))
             options = parser.parse_args(words)
@@ -53,7 +54,7 @@ def _function(name: str) -> Callable[..., Any]:
 
     what = COMMANDS[command]
     call.__name__ = call.__qualname__ = name
-    call.__signature__ = Signature([_parameter(action) for action in _asked(parser)])  # type: ignore[attr-defined]
+    vars(call)["__signature__"] = takes
     lines = (f"    {action.dest}: {action.help % vars(action) if action.help else ''}" for action in _asked(parser))
     call.__doc__ = f"{what[0].upper()}{what[1:]}, as `jackbench {command}` does.\n\n" + "\n".join(lines)
     return call
