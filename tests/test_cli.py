@@ -117,6 +117,7 @@ def test_a_bad_experiment_is_refused_in_one_line(tmp_path, text, words):
         (["run", "."], ["is a folder"]),
         (["run"], ["experiment", "--help"]),
         (["fly"], ["fly", "residual"]),
+        (["trace-study", "--number", "20"], ["python -m experiments.studies.trace"]),
         (["tune", "tune_p", "--trials", "6"], ["--trials 6", "see jackbench tune --help"]),
         (["residual", "nothere"], ["no such file"]),
         (["trace", "nothere"], ["no such file"]),

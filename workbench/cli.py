@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 from .base import trust
 from .base.errors import ClusterError, InputError, LinkLost, clipped, short_path
-from .commands import COMMANDS, GROUPS, folder
+from .commands import COMMANDS, GROUPS, STUDIES, folder
 from .commands.examples import FIRST, help_text
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
@@ -127,6 +127,8 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
     for word in words:
         if _no_text(word):
             raise InputError(f"{word}: is no UTF-8; give that file or folder another name")
+    if study := STUDIES.get(_command(words) or ""):
+        raise InputError(f"{_command(words)}: is a study now; in a clone run python -m experiments.studies.{study}")
     options, unknown = _parser(words).parse_known_args(words)
     if unknown:
         raise InputError(f"unknown arguments: {' '.join(unknown)}; see jackbench {_command(words)} --help")

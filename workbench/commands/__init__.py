@@ -61,6 +61,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "commission": "bring a live rig from its datasheet to a verified controller",
     },
 }  # what a person is at: a command has its place in one of them
+STUDIES = {f"{name}-study": name for name in ("trace", "watch", "commission", "sheet")} | {"knowledge": "knowledge"}
 COMMANDS = {name: what for group in GROUPS.values() for name, what in group.items()}
 
 
