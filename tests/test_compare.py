@@ -109,7 +109,7 @@ def test_finished_runs_are_overlaid(tmp_path):
     ]
     assert sections["Differences"][1].rows == [["gain", "1.0", "2.0"]]
     assert outcome.page.verdict.endswith(
-        "position-10mm, p, jack-10t: settling 0.500 s in b instead of 1.000 s (-50 %)."
+        "position-10mm, p, jack-10t: settling 0.500 s in b instead of 1.000 s (-50 %, better)."
     )
     assert metrics_json(outcome.metrics) == metrics_json(run_compare(load([a, b])).metrics)
     assert fingerprint(runs).keys() == {"a", "b"}

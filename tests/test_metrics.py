@@ -1,10 +1,38 @@
 """Step metrics against analytic responses; a number that does not exist is None."""
 
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from workbench.base.signals import SIGNALS
+from workbench.commands.common.metric_table import MetricView
 from workbench.loop import step_metrics as metrics
+from workbench.loop.metrics import METRICS, metric
+
+ROOT = Path(__file__).parents[1]
+CONTRACT = ROOT.parent / "shared" / "contract.md"
+TEXTS = {
+    "controller",
+    "rig",
+    "scenario",
+    "fault",
+    "moment",
+    "id",
+    "unit",
+    "paper",
+    "worst",
+    "cross",
+    "record",
+    "signal",
+}
 
 DT = 1e-4
 T = np.arange(30001) * DT  # 3 s
@@ -114,3 +142,107 @@ def test_saturated_and_cavitation_times_count_samples():
 def test_a_record_shorter_than_the_rest_it_must_show_does_not_settle():
     short = T < 0.2
     assert metrics.settling_time(T[short], first_order(0.01)[short], 1, 0.02) is None
+
+
+def test_every_metric_has_a_unit_that_can_be_shown_and_a_meaning():
+    for key, of in METRICS.items():
+        assert of.key == key
+        assert of.name
+        assert of.meaning
+        unit, factor = of.read_in(SIGNALS["force"])
+        assert factor > 0
+        assert of.head(SIGNALS["force"]) == (f"{of.name} [{unit}]" if unit else of.name)
+
+
+def test_a_metric_is_shown_in_the_unit_of_the_signal_to_what_the_sensor_resolves():
+    view = MetricView(SIGNALS["force"], resolution=10.0, period=1e-3, sizes={"a": 20e3})
+    row = {
+        "scenario": "a",
+        "settling_s": 0.12345,
+        "overshoot_percent": 1.23456,
+        "iae": 2345.6,
+        "peak_deviation": 1234.0,
+    }
+    table = view.table("", [row], row, best=("settling_s",))
+    assert list(table.columns) == ["scenario", "settling [s]", "overshoot [%]", "IAE [kN s]", "peak deviation [kN]"]
+    assert [str(cell) for cell in table.rows[0]] == ["a", "0.123", "1.23", "2.346", "1.23"]
+    assert table.best == {"settling [s]": "min"}
+
+
+@pytest.mark.parametrize(
+    ("key", "head"),
+    [
+        ("settling_p99_s", "settling, 99 % [s]"),
+        ("overshoot_worst_percent", "overshoot, worst [%]"),
+        ("gain_margin_worst_db", "gain margin, worst [dB]"),
+        ("settling_s_most", "settling, most [s]"),
+    ],
+)
+def test_a_statistic_over_plants_is_of_its_metric(key, head):
+    assert MetricView().head(key) == head
+
+
+def test_what_is_no_metric_is_none():
+    assert metric("worst") is None
+    assert metric("settling_p42_s") is None
+
+
+@pytest.mark.skipif(not CONTRACT.exists(), reason="the contract lies outside this repository")
+def test_every_metric_of_the_contract_s_rows_is_declared():
+    rows = [
+        line
+        for line in CONTRACT.read_text().splitlines()
+        if re.match(r"\| `jackbench (run|robust|limit|faults|res)", line)
+    ]
+    keys = {
+        key
+        for line in rows
+        for part in re.findall(r"`rows`: (.*?)\]", line)
+        for key in re.findall(r'"([a-z]\w*)"', part)
+    }
+    assert {"settling_s", "limit_s", "detected_ms", "overshoot_worst_percent", "ratio"} <= keys
+    assert [key for key in sorted(keys - TEXTS) if metric(key) is None] == []
+
+
+NEW = """    Metric("swing", "largest swing", SIGNAL, "less", "largest less least of the signal", SENSOR,
+           lambda run: float(np.ptp(run.y))),
+"""
+USER = """
+import json, sys
+sys.path.insert(0, "docs")
+import workbench as wb
+from controllers import P
+from generate.metrics import pages
+from workbench.commands.common.metric_table import MetricView
+from workbench.commands.compare.study import compared
+
+run = wb.ClosedLoop(wb.load_rig("jack-10t"), P(gain="3.7 1/m")).step("10 mm")
+row = dict(run.metrics)
+told = compared({"metric": "swing", "scenario": "position-10mm"})
+print(json.dumps({
+    "keys": list(row),
+    "swing": row["swing"],
+    "head": MetricView().table("", [row], ["swing"]).columns[0],
+    "worst": MetricView().head("swing_worst"),
+    "compare": [told.name, told.unit, told.judged(-1e-3)],
+    "reference": "`swing` | largest swing |" in pages()["metrics.md"],
+}))
+"""
+
+
+def test_a_new_metric_is_one_entry_of_one_file(tmp_path):
+    for name in ("workbench", "controllers", "docs/generate"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    table, before = tmp_path / "workbench/loop/metrics.py", '    Metric("rise_s"'
+    table.write_text(table.read_text().replace(before, NEW + before))
+    (tmp_path / "user.py").write_text(USER)
+    there = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (tmp_path, ROOT / ".ci")))}
+    done = subprocess.run(
+        [sys.executable, "user.py"], cwd=tmp_path, env=there, capture_output=True, text=True, check=True
+    )
+    said = json.loads(done.stdout)
+    assert said["keys"].index("swing") == said["keys"].index("rise_s") - 1
+    assert 9e-3 < said["swing"] < 20e-3
+    assert (said["head"], said["worst"]) == ("largest swing [mm]", "largest swing, worst [mm]")
+    assert said["compare"] == ["largest swing", "mm", "better"]
+    assert said["reference"]

@@ -15,13 +15,27 @@ architecture  pictures of the rooms and of the ways through them; the lengths of
 words         the words of the house with their meanings
 gallery       reports that their commands make, with pictures of their first screens
 tables        who made the tables that studies left, and when
+metrics       the metrics with their units and meanings
 doors         the names of `workbench`, `controllers` and `envs`
 """
 
 from pathlib import Path
 from typing import Any
 
-from . import architecture, commands, controllers, doors, effects, examples, files, gallery, readme, rig_keys, words
+from . import (
+    architecture,
+    commands,
+    controllers,
+    doors,
+    effects,
+    examples,
+    files,
+    gallery,
+    metrics,
+    readme,
+    rig_keys,
+    words,
+)
 
 
 def setup(app: Any) -> dict[str, bool]:
@@ -49,6 +63,7 @@ def write_pages(folder: Path, cache: Path, run: bool) -> None:
         **controllers.pages(),
         **commands.pages(),
         **doors.pages(),
+        **metrics.pages(),
         **words.parts(),
         **examples.pages(folder, cache / "examples", run),
         **architecture.parts(cache / "walks", run),

@@ -17,8 +17,8 @@ from ..linear.crossings import corner_frequency
 from ..linear.operating_point import far_end
 from ..plant import build
 from ..rigs.rig import MOVING, Rig
-from . import step_metrics as metrics
 from .margins import LinearLoop, Source, linear_loop_on
+from .metrics import JudgedRun
 from .sampled_lanes import SampledLanes, sampled_lane
 from .sampled_loop import LoopRun, SampledLoop
 from .scenarios import Scenario
@@ -168,33 +168,31 @@ def row(
 ) -> dict[str, Any]:
     """One row of metrics.json: SI but for what its key says. Margins are the worse of null and moving.
 
-    Settling counts from where reference, far end and load stand, into +-`band`: 2 % of the step, but no less than three
-    standard deviations of the sensor. A sine has no numbers of a step, a ramp no rise, and only a load a peak
-    deviation. The residual oscillation is that of `calm`, the same run without noise, which would pass for hunting.
+    The settling band is 2 % of the step, but no less than three standard deviations of the sensor. The residual
+    oscillation is that of `calm`, the same run without noise.
     """
-    signals, t = run.record.signals, run.record.t
-    command, band = signals["command"], settling_band(setup.rig, scenario.signal, scenario.size)
+    worst: tuple[tuple[str, Callable[[Sequence[float]], float]], ...] = (
+        ("gain_margin_db", min),
+        ("phase_margin_deg", min),
+        ("ms", max),
+    )
+    linear = {"stable": loops.stable, "margins": loops.margins, **closed_numbers(loops.null.f, loops.null.closed)}
+    linear |= {name: loops.worst(pick, name) for name, pick in worst}
+    band = settling_band(setup.rig, scenario.signal, scenario.size)
+    judged = _judged(scenario, run, band, linear)
     return {
         "controller": spec.name,
         "rig": setup.rig.name,
         "scenario": scenario.name,
-        **_step_numbers(scenario, run, band),
-        "peak_command": float(np.abs(command).max()),
-        "saturated_s": metrics.saturated_time(t, run.demanded, command),
-        "cavitation_s": _cavitation(run),
-        "residual_oscillation": _residual(scenario, calm),
-        "stable": loops.stable,
-        "tripped": run.tripped,
-        **closed_numbers(loops.null.f, loops.null.closed),
-        "gain_margin_db": loops.worst(min, "gain_margin_db"),
-        "phase_margin_deg": loops.worst(min, "phase_margin_deg"),
-        "ms": loops.worst(max, "ms"),
-        "margins": loops.margins,
-        "band": band,
-        "peak_deviation": _peak(scenario, run),
-        "rms_error": _followed(scenario, run),
+        **replace(judged, calm=_judged(scenario, calm, band, linear)).row(),
         **({"slowed": scenario.slowed} if scenario.slowed != 1 else {}),
     }
+
+
+def linear_row(loop: LinearLoop) -> dict[str, Any]:
+    """The metrics of a linear loop at one operating point, by key."""
+    names = ("stable", "ms", "gain_margin_db", "phase_margin_deg", "margins")
+    return {name: getattr(loop, name) for name in names} | closed_numbers(loop.f, loop.closed)
 
 
 def closed_numbers(f: np.ndarray, closed: np.ndarray | None) -> dict[str, float | None]:
@@ -206,46 +204,25 @@ def closed_numbers(f: np.ndarray, closed: np.ndarray | None) -> dict[str, float 
     return {"f3db_hz": corners[0], "f90_hz": corners[1], "peak_db": float(gain.max())}
 
 
-def _step_numbers(scenario: Scenario, run: LoopRun, band: float) -> dict[str, float | None]:
-    """Step metrics of the controlled signal."""
-    t, y, asked = run.record.t, run.record.signals[scenario.signal], run.record.signals["reference"]
-    before, target = float(y[0]), float(y[0] + scenario.size)
-    there, stands = run.tripped is None, scenario.arrives
-    late = np.flatnonzero(t >= (stands or 0.0) - 1e-9)
-    steps = stands is not None and scenario.size != 0
-    return {
-        "settling_s": metrics.settling_time(t[late], y[late], target, band) if there and stands is not None else None,
-        "overshoot_percent": metrics.overshoot(y, before, target) if steps else None,
-        "rise_s": metrics.rise_time(t, y, before, target) if scenario.is_step else None,
-        "steady_state_error": metrics.steady_state_error(t, y, target) if there and stands is not None else None,
-        "iae": metrics.iae(t, y, asked) if there else None,
-    }
-
-
-def _cavitation(run: LoopRun) -> float | None:
-    """Time [s] with a chamber below 0 bar; None of a plant without chambers."""
-    lowest = run.record.signals.get("lowest_pressure")
-    return None if lowest is None else metrics.cavitation_time(run.record.t, lowest)
-
-
-def _peak(scenario: Scenario, run: LoopRun) -> float | None:
-    """How far a load pushes the controlled signal off its target (SI)."""
-    if not scenario.load or run.tripped is not None or scenario.arrives is None:
-        return None
-    t, y = run.record.t, run.record.signals[scenario.signal]
-    return metrics.peak_deviation(y[t >= scenario.load_at - 1e-9], float(y[0] + scenario.size))
-
-
-def _followed(scenario: Scenario, run: LoopRun) -> float | None:
-    """Root mean square of what the controlled signal lacks of a reference that moves (SI)."""
-    if scenario.is_step or run.tripped is not None:
-        return None
-    return metrics.rms_error(run.record.signals[scenario.signal], run.record.signals["reference"])
-
-
-def _residual(scenario: Scenario, run: LoopRun) -> float | None:
-    """As a part of the step, or of what a load alone pushes."""
-    size = scenario.size or _peak(scenario, run)
-    if run.tripped is not None or scenario.arrives is None or not size:
-        return None
-    return metrics.residual_oscillation(run.record.t, run.record.signals[scenario.signal], size)
+def _judged(scenario: Scenario, run: LoopRun, band: float, linear: dict[str, Any]) -> JudgedRun:
+    """A run as metrics read it. A sine has no target, a ramp no rise, and only a load pushes."""
+    signals, y, stands = run.record.signals, run.record.signals[scenario.signal], scenario.arrives
+    return JudgedRun(
+        t=run.record.t,
+        y=y,
+        reference=signals["reference"],
+        before=float(y[0]),
+        target=float(y[0] + scenario.size),
+        size=scenario.size,
+        band=band,
+        commands=signals["command"],
+        demanded=run.demanded,
+        realised=signals["command"],
+        lowest_pressure=signals.get("lowest_pressure"),
+        tripped=run.tripped,
+        linear=linear,
+        stands=stands,
+        steps=stands is not None and scenario.size != 0,
+        jumps=scenario.is_step,
+        pushed=scenario.load_at if scenario.load else None,
+    )

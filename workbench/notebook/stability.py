@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.gain_phase import gain_db, phase_deg
+from ..base.gain_phase import gain_db
 from ..base.signals import Signal
-from ..linear.crossings import corner_frequency
+from ..commands.common.metric_table import MetricView
 from ..loop.margins import LinearLoop
-from ..loop.rows import LinearLoops, moving_at
+from ..loop.rows import LinearLoops, linear_row, moving_at
 from ..report import Curve, Figure, Panel, Table
 
 
@@ -65,35 +65,15 @@ class Margins:
     def table(self) -> Table:
         """A row for each operating point."""
         loops = zip(_points(self.signal), (self.null, self.moving), strict=True)
-        heads = [
-            "operating point",
-            "stable",
-            "Ms",
-            "gain margin [dB]",
-            "phase margin [deg]",
-            "-3 dB [Hz]",
-            "-90 deg [Hz]",
-        ]
-        return Table("", heads, [[name, *_margins(loop)] for name, loop in loops])
+        lines = [{"operating point": name, **linear_row(loop)} for name, loop in loops]
+        keys = ("operating point", "stable", "ms", "gain_margin_db", "phase_margin_deg", "f3db_hz", "f90_hz")
+        return MetricView(self.signal).table("", lines, keys)
 
     def __repr__(self) -> str:
         return repr(self.table())
 
     def _repr_html_(self) -> str:
         return self.table()._repr_html_()
-
-
-def _margins(loop: LinearLoop) -> list[bool | float | None]:
-    closed = loop.closed
-    corners = (
-        (None, None)
-        if closed is None
-        else (
-            corner_frequency(loop.f, gain_db(closed), -3.0),
-            corner_frequency(loop.f, phase_deg(closed), -90.0),
-        )
-    )
-    return [loop.stable, loop.ms, loop.gain_margin_db, loop.phase_margin_deg, *corners]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.columns import data_frame, lookup
 from ..base.signals import Signal
-from ..base.units import from_si
+from ..commands.common.metric_table import MetricView
 from ..commands.common.time_figure import run_columns, time_figure
 from ..loop.rows import judge
 from ..loop.sampled_loop import LoopRun
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
 
     from .closed_loop import ClosedLoop
-
-
-_OF_THE_SIGNAL = ("band", "iae", "peak_deviation")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,22 +121,6 @@ class Metrics(Mapping[str, Any]):
 
 def metrics_table(rows: list[dict[str, Any]], signal: Signal, *names: str) -> Table:
     """Rows of metrics with the columns `names`, then the numbers that a loop is judged by, in the signal's unit."""
-    heads = {
-        "settling_s": "settling [s]",
-        "band": f"band [{signal.unit}]",
-        "overshoot_percent": "overshoot [%]",
-        "rise_s": "rise [s]",
-        "iae": f"IAE [{signal.unit} s]",
-        "peak_command": "peak command",
-        "stable": "stable",
-        "ms": "Ms",
-        "gain_margin_db": "gain margin [dB]",
-        "phase_margin_deg": "phase margin [deg]",
-    }
-
-    def cell(line: Mapping[str, Any], key: str) -> Any:
-        value = line[key]
-        return float(from_si(value, signal.unit, signal.si)) if key in _OF_THE_SIGNAL and value is not None else value
-
-    lines = [[*(line[name] for name in names), *(cell(line, key) for key in heads)] for line in rows]
-    return Table("", [*names, *heads.values()], lines)
+    keys = ("settling_s", "band", "overshoot_percent", "rise_s", "iae", "peak_command", "stable", "ms")
+    keys += ("gain_margin_db", "phase_margin_deg")
+    return MetricView(signal).table("", rows, (*names, *keys))

@@ -1,15 +1,14 @@
 """The figures of a bench: time responses, clouds over the rigs, closed loop, sensitivity, stiffness."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...base.gain_phase import gain_db
-from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, FrequencyCurve, Panel, bode
 from ..common.bench_experiment import BenchLoop
+from ..common.metric_table import MetricView
 from ..common.sines import closed_loop_figure
 from ..common.time_figure import time_figure, window, window_words
 from .entry import STIFFNESS_HZ, Entries
@@ -17,32 +16,10 @@ from .entry import STIFFNESS_HZ, Entries
 SHOWN_HZ = (0.05, 100.0)
 
 
-@dataclass(frozen=True)
-class Excursion:
-    """The number of a row that tells how far a loop goes astray, and how it is shown: `factor` from SI to `unit`."""
-
-    key: str
-    name: str
-    unit: str
-    factor: float
-    digits: str
-
-    @property
-    def label(self) -> str:
-        """Name and unit."""
-        return f"{self.name} [{self.unit}]"
-
-    def shown(self, value: float | None) -> float | None:
-        """A value in the unit."""
-        return None if value is None else value * self.factor
-
-
-def excursion(loop: BenchLoop, scenario: Scenario) -> Excursion:
-    """Overshoot; a load alone has no step to overshoot, but pushes the jack off its place."""
-    if scenario.size:
-        return Excursion("overshoot_percent", "overshoot", "%", 1.0, "1f")
-    factor = float(from_si(1.0, loop.signal.unit, loop.signal.si))
-    return Excursion("peak_deviation", "deviation", loop.signal.unit, factor, "3g")
+def excursion(scenario: Scenario) -> str:
+    """The metric that tells how far a loop goes astray: a load alone has no step to overshoot, but pushes the jack off
+    its place."""
+    return "overshoot_percent" if scenario.size else "peak_deviation"
 
 
 def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entries) -> Figure:
@@ -56,16 +33,16 @@ def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entri
 
 def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Figure:
     """Overshoot, or what a load pushes, against settling, a mark a rig: those of a robust controller are close."""
-    i, far = loop.scenarios.index(scenario), excursion(loop, scenario)
+    i, far, view = loop.scenarios.index(scenario), excursion(scenario), MetricView.of(loop.rig, loop.signal)
     curves = []
     for controller in loop.controllers:
         rows = [entries[controller.name, rig]["rows"][i] for rig in loop.rigs]
         settled = [row for row in rows if row["settling_s"] is not None]
-        at = np.array([[row["settling_s"], far.shown(row[far.key])] for row in settled]).reshape(-1, 2)
+        at = np.array([[row["settling_s"], view.number(row, far)] for row in settled], float).reshape(-1, 2)
         curves.append(Curve(controller.name, at[:, 0], at[:, 1], "markers"))
     note = f"A mark for each of {', '.join(loop.rigs)}; none where a loop does not settle."
-    panel = Panel(far.label, curves)
-    return Figure(f"{scenario.name}: spread", "settling [s]", [panel], log_x=True, note=note, height=420)
+    panel = Panel(view.head(far), curves)
+    return Figure(f"{scenario.name}: spread", view.head("settling_s"), [panel], log_x=True, note=note, height=420)
 
 
 def linear_figures(loop: BenchLoop, rig: str, entries: Entries) -> list[Figure]:

@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from ...base.units import from_si
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
-from ..common.row_table import MARGINS, RowTable
+from ..common.metric_table import MARGINS, MetricView
 from .entry import Entries
 from .figures import excursion, linear_figures, sine_figures, spread_scatter, stiffness_figure, time_responses
 from .nichols import nichols
@@ -92,25 +91,24 @@ def _first(loop: BenchLoop, scenario: Scenario, metrics: Metrics) -> str:
     worst = {name: max(settled[name, rig]["settling_s"] for rig in rigs) for name in able}
     best = min(worst, key=lambda name: worst[name])
     where = "on every other rig" if never else "on every rig"
-    far = excursion(loop, scenario)
-    most = max(settled[best, rig][far.key] for rig in rigs) * far.factor
+    far, view = excursion(scenario), MetricView.of(loop.rig, loop.signal)
+    name = "overshoot" if scenario.size else "deviation"
+    most = view.text(max(settled[best, rig][far] for rig in rigs), far)
     return (
-        f"{scenario.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most:.{far.digits}} "
-        f"{far.unit} {far.name} at most."
+        f"{scenario.name}: {nobody}{best} is settled {where} first, by {worst[best]:.3g} s, with {most} {name} at most."
     )
 
 
 def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Metrics) -> list[Table]:
     """A table of the loops and one a scenario, a line a controller."""
     worst = f"On {loop.first}, or where it says worst on {', '.join(loop.rigs)}; a dash: there is no such number"
-    tables = [
-        _marked(
-            "Loops",
-            [_loop_line(loop, spec.name, entries, metrics) for spec in loop.controllers],
-            f"{worst}, as of an unstable loop. Margins: the worse of null and moving. Command noise: RMS at rest from "
-            f"the declared sensors. {judged_words(config.conditions, loop.rig)}",
-        )
-    ]
+    view = MetricView.of(loop.rig, loop.signal, loop.scenarios)
+    loops = [_loop_line(loop, spec.name, entries, metrics) for spec in loop.controllers]
+    note = (
+        f"{worst}, as of an unstable loop. Margins: the worse of null and moving. Command noise: RMS at rest from "
+        f"the declared sensors. {judged_words(config.conditions, loop.rig)}"
+    )
+    tables = [view.table("Loops", loops, loops[0], note, list(loops[0]))]
     for scenario in loop.scenarios:
         lines = [_scenario_line(loop, scenario, spec.name, entries, metrics) for spec in loop.controllers]
         note = (
@@ -118,38 +116,23 @@ def _summary(config: BenchConfig, loop: BenchLoop, entries: Entries, metrics: Me
             "rig, or the least error of a reference that is known ahead (jackbench limit). Energy: what the main lands "
             "take beyond their leakage at rest."
         )
-        tables.append(_marked(scenario.name, lines, note))
+        tables.append(view.table(scenario.name, lines, lines[0], note, list(lines[0])))
     return tables
-
-
-def _marked(title: str, lines: list[dict[str, Any]], note: str) -> Table:
-    best: dict[str, Best] = {
-        name: "max" if name.startswith(("gain margin", "stiffness")) else "min"
-        for name in list(lines[0])
-        if name not in ("controller", "margins by")
-    }
-    return Table(title, list(lines[0]), [list(line.values()) for line in lines], note=note, best=best)
 
 
 def _scenario_line(
     loop: BenchLoop, scenario: Scenario, name: str, entries: Entries, metrics: Metrics
 ) -> dict[str, Any]:
-    first, i, line = entries[name, loop.first], loop.scenarios.index(scenario), {"controller": name}
-    row, energy = first["rows"][i], first["energy"][i]
+    first, i = entries[name, loop.first], loop.scenarios.index(scenario)
+    row, line = first["rows"][i], {"controller": name}
     over = next(s for s in metrics["spread"] if (s["controller"], s["scenario"]) == (name, scenario.name))
     if scenario.arrives is not None:
-        far = excursion(loop, scenario)
-        line |= {
-            "settling [s]": row["settling_s"],
-            "worst settling [s]": None if over["unsettled"] else over["settling_s_most"],
-            far.label: far.shown(row[far.key]),
-            f"worst {far.label}": far.shown(over[f"{far.key}_most"]),
-        }
-    if not scenario.is_step:
-        line |= {f"RMS error [{loop.signal.unit}]": _shown(row["rms_error"], loop)}
-    line |= {"times the limit": row["times_limit"]}
-    iae, joule = _shown(row["iae"], loop), energy["beyond_rest_j"]
-    return line | {f"IAE [{loop.signal.unit} s]": iae, "energy [J]": joule}
+        far = excursion(scenario)
+        slowest = None if over["unsettled"] else over["settling_s_most"]
+        line |= {"settling_s": row["settling_s"], "settling_worst_s": slowest}
+        line |= {far: row[far], f"{far}_worst": over[f"{far}_most"]}
+    line |= {} if scenario.is_step else {"rms_error": row["rms_error"]}
+    return line | {key: row[key] for key in ("times_limit", "iae")} | {"energy_j": first["energy"][i]["beyond_rest_j"]}
 
 
 def _loop_line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -> dict[str, Any]:
@@ -158,14 +141,13 @@ def _loop_line(loop: BenchLoop, name: str, entries: Entries, metrics: Metrics) -
     rms, size = first["noise"]["command_rms"], first["stiffness"]
     return {
         "controller": name,
-        "Ms [1]": first["rows"][0]["ms"],
-        "worst Ms [1]": None if None in worst else max(worst),
-        "gain margin [dB]": first["rows"][0]["gain_margin_db"],
-        "margins by": first["rows"][0]["margins"],
-        "stiffness, least [kN/mm]": None if size is None else float(min(size)) / 1e6,
-        "command noise [0.1 %]": None if rms is None else rms * 1e3,
-        "compute, median [us]": timing["solve_p50_us"],
-        "compute, 99 % [us]": timing["solve_p99_us"],
+        "ms": first["rows"][0]["ms"],
+        "ms_worst": None if None in worst else max(worst),
+        "gain_margin_db": first["rows"][0]["gain_margin_db"],
+        "margins": first["rows"][0]["margins"],
+        "dynamic_stiffness_least": None if size is None else float(min(size)),
+        "command_rms": rms,
+        **{key: timing[key] for key in ("solve_p50_us", "solve_p99_us")},
     }
 
 
@@ -182,7 +164,7 @@ def _every(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     """Every row of metrics.json of this loop."""
     names = {controller.name for controller in loop.controllers}
     rows = [row for row in metrics["rows"] if row["controller"] in names]
-    maker = RowTable(loop.rig, loop.signal, loop.scenarios)
+    maker = MetricView.of(loop.rig, loop.signal, loop.scenarios)
     motion = (
         "settling_s",
         "times_limit",
@@ -202,7 +184,3 @@ def _every(loop: BenchLoop, metrics: Metrics) -> list[Table]:
         maker.table("Motion of every controller on every rig", rows, (*whose, *motion), note),
         maker.table("Margins of every controller on every rig", rows, (*whose, *MARGINS), worse),
     ]
-
-
-def _shown(value: float | None, loop: BenchLoop) -> float | None:
-    return None if value is None else float(from_si(value, loop.signal.unit, loop.signal.si))

@@ -5,7 +5,7 @@ run_folder, stage_file, new_folder    that folder: resumable stages, then rename
 outcome, drawing    what a study leaves behind; its report, drawn when all numbers are written
 head, design_numbers    what every report says of its rig, controllers and command, and their numbers
 run_index   index.html: the finished runs of a folder
-row_table, loop_margins    rows of loops as tables of a report, and their margins
+metric_table, loop_margins    rows of metrics as tables of a report, and margins of loops
 experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
 record_options, drawn_record, plant_ranges    records: arguments, on drawn plants; what those were drawn over
 envelope_keys       what a loop has to hold on: positions, draws, limits of the goals

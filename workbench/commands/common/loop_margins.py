@@ -1,17 +1,16 @@
 """Margins of linear loops: a table, the closed loop and the sensitivity, as several reports show them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from ...base.gain_phase import gain_db, phase_deg
+from ...base.gain_phase import gain_db
 from ...base.signals import Signal
-from ...linear.crossings import corner_frequency
 from ...loop.margins import LinearLoop
-from ...loop.rows import LinearLoops, moving_at
-from ...report import Curve, Figure, FrequencyCurve, Known, Panel, Section, Style, Table, bode
-from ...report.table import Cell
+from ...loop.rows import LinearLoops, linear_row, moving_at
+from ...report import Curve, Figure, FrequencyCurve, Panel, Section, Style, Table, bode
+from .metric_table import MetricView
 
 SHOWN_HZ = (0.05, 100.0)
-_HEADS = ("controller", "operating point", "stable", "Ms [1]", "gain margin [dB]", "phase margin [deg]", "margins by")
+_KEYS = ("stable", "ms", "gain_margin_db", "phase_margin_deg", "margins", "f3db_hz", "f90_hz")
 
 
 def margins_section(title: str, loops: Mapping[str, LinearLoops], signal: Signal) -> Section:
@@ -25,23 +24,15 @@ def margins_section(title: str, loops: Mapping[str, LinearLoops], signal: Signal
 def margins_table(loops: Mapping[str, LinearLoops], signal: Signal) -> Table:
     """A line a loop and operating point."""
     lines = [
-        [name, where, *_margins(loop)]
+        {"controller": name, "operating point": where, **linear_row(loop)}
         for name, pair in loops.items()
         for where, loop in (("null", pair.null), (f"moving at {moving_at(signal, pair.speed)}", pair.moving))
     ]
     note = "An unstable loop has no margins. A controller without a linear view has them by sines on the simulated "
     note += "loop, or none."
-    return Table("Margins of the sampled loop", [*_HEADS, "-3 dB [Hz]", "-90° [Hz]"], lines, note, fold=True)
-
-
-def _margins(loop: LinearLoop) -> list[Cell]:
-    corners: Sequence[float | None] = (None, None)
-    if loop.closed is not None:
-        gain, phase = gain_db(loop.closed), phase_deg(loop.closed)
-        corners = corner_frequency(loop.f, gain, -3.0), corner_frequency(loop.f, phase, -90.0)
-    numbers = ((loop.ms, 0.01), (loop.gain_margin_db, 0.01), (loop.phase_margin_deg, 0.1))
-    shown = [None if value is None else Known(value, step) for value, step in numbers]
-    return [loop.stable, *shown, loop.margins, *corners]
+    return MetricView(signal).table(
+        "Margins of the sampled loop", lines, ("controller", "operating point", *_KEYS), note
+    )
 
 
 def closed_curves(loops: LinearLoops, signal: Signal, name: str = "linear, ") -> list[FrequencyCurve]:

@@ -6,20 +6,25 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.errors import InputError
+from ...base.signals import SIGNALS
 from ...base.words import agreed, counted
+from ...loop.metrics import CHANGES, metric
+from ...loop.scenarios import SCENARIOS
 from ...report import Figure, Known, Page, Section, Table
 from ...report.table import Cell
 from ..common.outcome import REPORT, Outcome
 from .finished import Finished
 from .overlays import bars, bodes, residuals, sensitivity, steps
-from .words import TELLING, metric
 
 Identity = tuple[tuple[str, str], ...]
 
 _NOT_AN_ID = ("tripped",)  # texts that are results
 _RESULTS = ("metric", "values", "difference", "percent")
-_NO_RATIO = ("_percent", "_db", "_deg")  # metrics whose ratio says nothing
 _TIMING = ("timing", "speed")
+_UNITS = {"_s": "s", "_percent": "%", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_ms": "ms", "_us": "us"}
+_OF_ITS_ROW = ("value", "rms", "floor")  # metrics whose unit the row says
+_NO_RATIO = ("%", "dB", "deg")  # units in which a ratio says nothing
+TELLING = ("settling_s", "overshoot_percent", "ms", "rms", "f90_hz", "f3db_hz", "f90", "f3db", "value", "chi2", "iae")
 
 
 def run_compare(runs: Sequence[Finished]) -> Outcome:
@@ -95,30 +100,79 @@ def _indexed(run: Finished, keys: Sequence[str]) -> dict[Identity, dict[str, Any
     return indexed | ({(("rows", "all"),): of_all} if of_all else {})
 
 
-def _difference(identity: Identity, metric: str, sharing: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | None:
+def _difference(identity: Identity, key: str, sharing: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | None:
     """One metric of one row; None where no run has it, and for a text or a yes-or-no on which all agree."""
-    values = {name: row.get(metric) for name, row in sharing.items()}
+    values = {name: row.get(key) for name, row in sharing.items()}
     there = [value for value in values.values() if value is not None]
     numeric = all(isinstance(value, int | float) and not isinstance(value, bool) for value in there)
     if not there or (not numeric and len(set(map(str, values.values()))) == 1):
         return None
     first, *others = values
     base = values[first]
+    row = {**dict(identity), "metric": key}
     difference: dict[str, float | None] = dict.fromkeys(others)
     percent: dict[str, float | None] = dict.fromkeys(others)
     for name in others if numeric and base is not None else ():
         if (value := values[name]) is not None:
             difference[name] = value - base
-            if base and not metric.endswith(_NO_RATIO):
+            if base and compared(row).unit not in _NO_RATIO:
                 percent[name] = 100 * (value - base) / abs(base)
-    return {**dict(identity), "metric": metric, "values": values, "difference": difference, "percent": percent}
+    return {**row, "values": values, "difference": difference, "percent": percent}
+
+
+@dataclass(frozen=True)
+class ComparedMetric:
+    """How a metric is shown: `name`, `unit`, the `factor` from metrics.json to it, the `least` change that counts, 0
+    where every change does, and which way is `better`: "less", "more", or "" where neither is."""
+
+    name: str
+    unit: str
+    factor: float
+    least: float
+    better: str
+
+    def cell(self, value: object) -> Cell:
+        """A value as a cell of a table."""
+        if isinstance(value, bool | str) or value is None:
+            return value
+        assert isinstance(value, int | float)
+        return Known(value * self.factor, self.least)
+
+    def text(self, value: object) -> str:
+        """A value with its unit."""
+        shown = "never" if value is None else f"{self.cell(value)}"
+        return f"{shown} {self.unit}" if self.unit != "1" and value is not None else shown
+
+    def is_change(self, difference: float) -> bool:
+        """Whether a difference is one that counts."""
+        return abs(difference * self.factor) > self.least
+
+    def judged(self, difference: float) -> str:
+        """Whether a difference is "better" or "worse"; nothing where it does not count, or neither is."""
+        if not self.better or not self.is_change(difference):
+            return ""
+        return "better" if (difference < 0) == (self.better == "less") else "worse"
+
+
+def compared(row: Mapping[str, Any]) -> ComparedMetric:
+    """Of a row of differences, by its metric, its unit and the signal of its scenario."""
+    key, scenario = str(row["metric"]), str(row.get("scenario", ""))
+    of, known = metric(key), SCENARIOS.get(scenario)
+    if of is None:
+        unit = next((unit for end, unit in _UNITS.items() if key.endswith(end)), "1")
+        return ComparedMetric(key, unit, 1.0, CHANGES.get(unit, 0.0), "")
+    signal = SIGNALS[known.signal if known else "force" if scenario.startswith("force") else "position"]
+    unit, factor = of.read_in(signal)
+    if key in _OF_ITS_ROW and isinstance(row.get("unit"), str):
+        unit = row["unit"]
+    return ComparedMetric(of.name, unit or "1", factor, CHANGES.get(unit, 0.0), of.better)
 
 
 def _table(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Table:
     keys = list(dict.fromkeys(key for row in rows for key in row if key not in _RESULTS and key != "unit"))
     others = [run.name for run in runs[1:]]
     heads = [*keys, "metric", "unit", *(run.name for run in runs)]
-    heads += [text.format(name) for text in ("{}: change", "{}: change [%]") for name in others]
+    heads += [text.format(name) for text in ("{}: change", "{}: change [%]", "{} is") for name in others]
     return Table(
         "Metrics of the rows that runs share",
         heads,
@@ -130,7 +184,7 @@ def _table(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Table
 
 
 def _line(row: Mapping[str, Any], keys: Sequence[str], runs: Sequence[Finished]) -> list[Cell]:
-    shown, others = metric(row), [run.name for run in runs[1:]]
+    shown, others = compared(row), [run.name for run in runs[1:]]
     changes = {name: row["difference"].get(name) for name in others}
     percent = {
         name: row["percent"].get(name) if value is not None and shown.is_change(value) else None
@@ -143,6 +197,7 @@ def _line(row: Mapping[str, Any], keys: Sequence[str], runs: Sequence[Finished])
         *(shown.cell(row["values"].get(run.name)) for run in runs),
         *(shown.cell(changes[name]) for name in others),
         *(None if value is None else Known(value, 0.1) for value in percent.values()),
+        *("" if value is None else shown.judged(value) for value in changes.values()),
     ]
 
 
@@ -197,7 +252,7 @@ class _Change:
     @property
     def counts(self) -> bool:
         """Whether it is beyond 1 % and what is resolved."""
-        return self.difference is not None and self.size > 1 and metric(self.row).is_change(self.difference)
+        return self.difference is not None and self.size > 1 and compared(self.row).is_change(self.difference)
 
     @property
     def is_lost(self) -> bool:
@@ -207,10 +262,12 @@ class _Change:
 
     def words(self, first: str) -> str:
         """ "position-10mm, p-dp: settling 0.093 s in b instead of 0.122 s (-24 %)"."""
-        shown, values, percent = metric(self.row), self.row["values"], self.row["percent"][self.run]
+        shown, values, percent = compared(self.row), self.row["values"], self.row["percent"][self.run]
         keys = sorted((key for key in self.row if key not in (*_RESULTS, "unit")), key=lambda key: key != "scenario")
         where = ", ".join(str(self.row[key]) for key in keys)
         before = values[first if first in values else next(iter(values))]
-        share = "" if percent is None else f" ({percent:+.3g} %)"
+        way = "" if self.difference is None else shown.judged(self.difference)
+        told = ", ".join(filter(None, ("" if percent is None else f"{percent:+.3g} %", way)))
+        share = f" ({told})" if told else ""
         name = f"{where}: {shown.name}" if where else shown.name
         return f"{name} {shown.text(values[self.run])} in {self.run} instead of {shown.text(before)}{share}"

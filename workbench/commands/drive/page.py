@@ -7,13 +7,14 @@ from ...base.words import counted
 from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.limits_told import limits_section, trip_marks
+from ..common.metric_table import MetricView
 from ..common.step_experiment import StepConfig
 from ..common.time_figure import run_columns, time_figure, window, window_words
 
 if TYPE_CHECKING:
     from ...link.judged import Judged
 
-_FIGURES = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "peak_command": "peak command [1]"}
+_FIGURES = ("settling_s", "overshoot_percent", "peak_command")
 
 
 def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence["Judged"]) -> tuple[Page, Figure]:
@@ -23,7 +24,7 @@ def drive_page(config: StepConfig, metrics: Mapping[str, Any], judged: Sequence[
         f"{each['controller']}, {each['scenario']} was not played: {each['why']}." for each in metrics["refused"]
     ]
     sections = [
-        Section("Measured and predicted", [_table(judged)]),
+        Section("Measured and predicted", [_table(config, judged)]),
         Section("Time responses", figures),
         limits_section(config.rig, refused),
     ]
@@ -57,19 +58,18 @@ def settled(scenario: Scenario, row: Mapping[str, Any]) -> str:
     return "is followed" if scenario.arrives is None else "does not settle"
 
 
-def _table(judged: Sequence["Judged"]) -> Table:
+def _table(config: StepConfig, judged: Sequence["Judged"]) -> Table:
+    view, lines = MetricView.of(config.rig, config.signal, config.scenarios), []
     heads = ["scenario", "controller"]
-    heads += [f"{head}, {what}" for head in _FIGURES.values() for what in ("measured", "predicted")]
-    rows = [
-        [each.scenario.name, each.controller]
-        + [row[key] for key in _FIGURES for row in (each.row, each.prediction)]
-        for each in judged
-    ]  # fmt: skip
+    heads += [f"{view.head(key)}, {what}" for key in _FIGURES for what in ("measured", "predicted")]
+    for each in judged:
+        cells = [view.cell(row, key) for key in _FIGURES for row in (each.row, each.prediction)]
+        lines.append([each.scenario.name, each.controller, *cells])
     note = (
         "Measured: what the rig's sensors read, its settling and overshoot from a running mean over 8 ms. Predicted: "
     )
     note += "the experiment's rig in simulation, with the delay of the link."
-    return Table("", heads, rows, note)
+    return Table("", heads, lines, note)
 
 
 def _figure(config: StepConfig, each: "Judged") -> Figure:

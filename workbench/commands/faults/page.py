@@ -10,9 +10,10 @@ from ...loop.fault_trial import BEYOND, MOMENTS, STOP, FaultTrials, counts, harm
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words
+from ..common.metric_table import MetricView
 from .fault_free import FAILED, tripped
 
-_WORST = {"stop_speed": 1.0, "peak_force": 1e-3, "beyond_percent": 1.0}  # and what makes their unit the shown one
+_WORST = ("stop_speed", "peak_force", "beyond_percent")
 
 _Row = Mapping[str, Any]
 
@@ -58,15 +59,11 @@ def _saving(metrics: Mapping[str, Any]) -> str:
 
 def _shut(trials: FaultTrials, metrics: Mapping[str, Any]) -> Table:
     """What a shut-off valve of each closing time leaves of the faults that no command stops."""
-    lines = [
-        [each["closing_ms"], each["of"], each["harm"], *(each[key] * scale for key, scale in _WORST.items())]
-        for each in metrics["shut_off"]
-    ]
     own = trials.rig.shut_off
     has = f"declares one that closes in {1e3 * own.closing_time.value:g} ms" if own else "declares none ([shut_off])"
     note = f"The faults of a stuck valve that do harm, again, with both lines closed from the trip on; this rig {has}."
-    columns = ["closing time [ms]", "faults", "still do harm", "speed at the stop [m/s]", "force, worst [kN]"]
-    return Table("", [*columns, "beyond a limit [%]"], lines, note)
+    heads = {"closing_ms": "closing time [ms]", "of": "faults", "harm": "still do harm"}
+    return MetricView().table("", metrics["shut_off"], (*heads, *_WORST), note, heads=heads)
 
 
 def _faults(trials: FaultTrials, rows: Sequence[_Row]) -> Table:
@@ -75,29 +72,19 @@ def _faults(trials: FaultTrials, rows: Sequence[_Row]) -> Table:
     for name in dict.fromkeys(row["fault"] for row in rows):
         mine = [row for row in rows if row["fault"] == name]
         times = [row["detected_ms"] for row in mine if row["detected_ms"] is not None]
-        lines.append([
-            name, len(mine), len(times), float(np.median(times)) if times else None, max(times, default=None),
-            *(max(row[key] for row in mine) * scale for key, scale in _WORST.items()),
-        ])  # fmt: skip
-    columns = ["fault", "played", "detected", "after, median [ms]", "worst [ms]", "speed at the stop [m/s]"]
-    columns += ["force, worst [kN]", "beyond a limit [%]"]
+        median, worst = (float(np.median(times)), max(times)) if times else (None, None)
+        counts = {"fault": name, "played": len(mine), "detected": len(times)}
+        most = {key: max(row[key] for row in mine) for key in _WORST}
+        lines.append(counts | {"detected_median_ms": median, "detected_worst_ms": worst} | most)
     note = f"Worst of all loops and of {len(MOMENTS)} moments: {', '.join(MOMENTS)}. Force of load cell or end stop. "
-    return Table("All loops", columns, lines, note + played_words(trials.conditions, trials.rig))
+    keys = ("fault", "played", "detected", "detected_median_ms", "detected_worst_ms", *_WORST)
+    return MetricView().table("All loops", lines, keys, note + played_words(trials.conditions, trials.rig))
 
 
 def _beyond(rows: Sequence[_Row]) -> Table:
-    columns = ["fault", "controller", "moment", "detected [ms]", "stop [m/s]", "force [kN]", "beyond [%]", "trip"]
-    lines = [
-        [
-            *(row[key] for key in ("fault", "controller", "moment", "detected_ms")),
-            *(row[key] * scale for key, scale in _WORST.items()),
-            row["tripped"] or "none",
-        ]
-        for row in rows
-        if harmful(row)
-    ]
+    keys = ("fault", "controller", "moment", "detected_ms", *_WORST, "tripped")
     note = f"Above {STOP:g} m/s at the end stop, or more than {BEYOND:g} % beyond a limit of stroke, speed or force."
-    return Table("", columns, lines, note)
+    return MetricView().table("", [row for row in rows if harmful(row)], keys, note)
 
 
 def _unseen(rows: Sequence[_Row]) -> Table:

@@ -16,6 +16,7 @@ from ...loop.rows import LinearLoops
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode
 from ..common.fitted_plant import with_fit
+from ..common.metric_table import MetricView
 from .config import InverseConfig
 from .drawn import DrawnErrors
 
@@ -96,18 +97,10 @@ def _outer_verdict(metrics: Mapping[str, Any]) -> str:
 
 
 def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
-    signal = config.record.signal
-    rows = [
-        [
-            *(row["controller"], row["rig"], row["rig"] in config.over),
-            *(float(from_si(row[key], signal.unit, signal.si)) for key in ("error_rms", "error_rms_inverse")),
-            *(row["factor"], row["peak_command"], row["tripped"]),
-        ]
-        for row in metrics["rows"]
-    ]
-    heads = ["controller", "rig", "designed on", f"RMS error [{signal.unit}]", f"with the inverse [{signal.unit}]",
-             "factor [1]", "command, peak [1]", "tripped"]  # fmt: skip
-    return Table("Error of the record", heads, rows, "True errors, with noise and computing delay.")
+    keys = ("controller", "rig", "designed on", "error_rms", "error_rms_inverse", "factor", "peak_command", "tripped")
+    rows = [{**row, "designed on": row["rig"] in config.over} for row in metrics["rows"]]
+    view = MetricView.of(config.record.rig, config.record.signal)
+    return view.table("Error of the record", rows, keys, "True errors, with noise and computing delay.")
 
 
 def _seen(f: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from ...loop.learning import Learned, LearningFilter, rms
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
+from ..common.metric_table import MetricView
 from ..common.record_experiment import RecordExperiment
 from .config import LearnConfig
 from .drawn import DrawnLearning, drawn_sections
@@ -162,23 +163,13 @@ def _count(learned: Learned) -> str:
 
 
 def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
-    unit = record.signal.unit
-    columns = [
-        "rig", "iteration", f"RMS error [{unit}]", "change [dB]", f"true [{unit}]", f"peak [{unit}]", "gain [1]",
-        "kept", f"drive, peak [{unit}]", "command, peak [1]", "limited [s]", "lowest [bar]",
-    ]  # fmt: skip
-    cells = [
-        [
-            *(row["rig"], row["iteration"], float(shown(record, row["error_rms"])), row["error_db"]),
-            *(float(shown(record, row[key])) for key in ("true_error_rms", "true_error_peak")),
-            *(row["gain"], row["kept"], float(shown(record, row["peak_drive"])), row["peak_command"]),
-            *(row["saturated_s"], _bar(row["lowest_pressure"])),
-        ]
-        for row in rows(learned)
-    ]
+    keys = (
+        *("rig", "iteration", "error_rms", "error_db", "true_error_rms", "true_error_peak", "gain", "kept"),
+        *("peak_drive", "peak_command", "saturated_s", "lowest_pressure"),
+    )
     stops = "; ".join(f"{name} stopped: {each.stopped}" for name, each in learned.items())
     note = f"{stops}. Errors are as the sensor has them, true ones as the plant has them; iteration 0 plays the record."
-    return Table("Iterations", columns, cells, note)
+    return MetricView.of(record.rig, record.signal).table("Iterations", rows(learned), keys, note)
 
 
 def _band(learning: LearningFilter) -> np.ndarray:

@@ -15,6 +15,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.platform import AXES
+from ..common.metric_table import MetricView
 from .page import kept_errors, record_figure
 from .platform_config import PlatformLearnConfig
 
@@ -107,19 +108,12 @@ def _falls(found: PlatformLearning, metrics: Mapping[str, Any]) -> Table:
 
 
 def _iterations(metrics: Mapping[str, Any]) -> Table:
-    heads = ["payload", "iteration", "RMS error [mm]", "change [dB]", "true [mm]", "acceleration [m/s2]"]
-    lines = [
-        [
-            *(row["rig"], row["iteration"], 1e3 * row["error_rms"], row["error_db"], 1e3 * row["true_error_rms"]),
-            *(row["acceleration_error_rms"], row["gain"], row["kept"], row["peak_command"]),
-            *(row["lowest_pressure"] / 1e5, row["tripped"]),
-        ]
-        for row in metrics["rows"]
-    ]
-    note = "Errors are as the sensors have them in the band of Q, true ones as the plant has them."
-    return Table(
-        "Iterations", [*heads, "gain [1]", "kept", "command, peak [1]", "lowest [bar]", "tripped"], lines, note
+    keys = (
+        *("rig", "iteration", "error_rms", "error_db", "true_error_rms", "acceleration_error_rms", "gain", "kept"),
+        *("peak_command", "lowest_pressure", "tripped"),
     )
+    note = "Errors are as the sensors have them in the band of Q, true ones as the plant has them."
+    return MetricView().table("Iterations", metrics["rows"], keys, note, heads={"rig": "payload"})
 
 
 def _contraction(found: PlatformLearning) -> Figure:

@@ -10,25 +10,16 @@ from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
+from ..common.metric_table import MetricView
 
-_COLUMNS = {
-    "scenario": ("scenario", 1.0),
-    "rig": ("rig", 1.0),
-    "x_m": ("from [mm]", 1e3),
-    "stiffness_n_per_m": ("specimen [kN/mm]", 1e-6),
-    "limit_s": ("limit [s]", 1.0),
-    "mesh_difference_s": ("by the mesh [ms]", 1e3),
-    "lowest_pressure_bar": ("lowest pressure [bar]", 1.0),
-    "peak_command": ("peak command [1]", 1.0),
-    "overshoot_percent": ("overshoot [%]", 1.0),
-    "played_off_percent": ("engine off by [% of the step]", 1.0),
-    "reason": ("why none", 1.0),
-}
-_MOVING = {
-    "limit_error": "least error, root mean square",
-    "mesh_difference_error": "by the mesh",
-    "largest_error": "its largest error",
-}
+_STEPS = (
+    *("scenario", "rig", "x_m", "stiffness_n_per_m", "limit_s", "mesh_difference_s", "lowest_pressure_bar"),
+    *("peak_command", "overshoot_percent", "played_off_percent", "reason"),
+)
+_MOVING = (
+    *("scenario", "x_m", "limit_error", "mesh_difference_error", "largest_error", "lowest_pressure_bar"),
+    *("peak_command", "reason"),
+)
 _SHOWN = ("position", "force", "command", "pa", "pb")
 
 Courses = Mapping[str, Mapping[str, np.ndarray]]
@@ -80,12 +71,6 @@ def _by_scenario(rows: Sequence[Mapping[str, Any]], key: str) -> dict[str, list[
     return found
 
 
-def _line(row: Mapping[str, Any], columns: Mapping[str, tuple[str, float]]) -> list[Any]:
-    return [
-        row[key] if factor == 1.0 or row[key] is None else row[key] * factor for key, (_, factor) in columns.items()
-    ]
-
-
 def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     """Of references that move: a table for each signal."""
     note = (
@@ -94,20 +79,14 @@ def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any
         f"pressures, {metrics['margin_bar']:g} bar above the vapour's. By the mesh: the change when its intervals are "
         "halved."
     )
-    tables = []
-    for signal in (SIGNALS[name] for name in dict.fromkeys(row["signal"] for row in rows)):
-        factor = float(from_si(1.0, signal.unit, signal.si))
-        own = {key: (f"{title} [{signal.unit}]", factor) for key, title in _MOVING.items()}
-        kept = ("lowest_pressure_bar", "peak_command", "reason")
-        columns = {key: _COLUMNS[key] for key in ("scenario", "x_m")} | own | {key: _COLUMNS[key] for key in kept}
-        lines = [_line(row, columns) for row in rows if row["signal"] == signal.name]
-        tables.append(Table("", [title for title, _ in columns.values()], lines, note, fold=True))
-    return tables
+    by_signal = {
+        name: [row for row in rows if row["signal"] == name] for name in dict.fromkeys(r["signal"] for r in rows)
+    }
+    return [MetricView(SIGNALS[name]).table("", own, _MOVING, note) for name, own in by_signal.items()]
 
 
 def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Table:
     """Of steps."""
-    lines = [_line(row, _COLUMNS) for row in rows]
     note = (
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
@@ -117,7 +96,7 @@ def _table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Tab
         "is a local one. Pressure, overshoot and the distance from what was found belong to the motion that the engine "
         "plays, open loop."
     )
-    return Table("", [title for title, _ in _COLUMNS.values()], lines, note, fold=True)
+    return MetricView().table("", rows, _STEPS, note)
 
 
 def _scenarios(courses: Courses) -> list[str]:

@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...base.words import counted
+from ...loop.metrics import METRICS
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.tuning.goals import Trial
 from ...plant import build
 from ...report import Figure, Page, Section, Table
 from ..common.judged import judged_words
-from ..common.row_table import RowTable
+from ..common.metric_table import MetricView
 from ..common.time_figure import Columns, run_columns, time_figure, window, window_words
 from ..tune.config import TuneConfig
 from ..tune.page import cost_figure, goals_table, numbers_table
@@ -19,12 +20,7 @@ from .config import RetuneConfig
 Pair = tuple[str, str]  # old or retuned, on the declared or the found rig
 Rows = Sequence[Mapping[str, Any]]
 _SHORTEST = 0.2  # s
-_TOLD = {  # name, unit, and the word for a number that does not exist
-    "settling_s": ("settling", " s", "never"),
-    "overshoot_percent": ("overshoot", " %", "none"),
-    "ms": ("Ms", "", "none"),
-    "gain_margin_db": ("gain margin", " dB", "none"),
-}
+_TOLD = ("settling_s", "overshoot_percent", "ms", "gain_margin_db")
 
 
 def retune_page(
@@ -69,7 +65,7 @@ def _columns(run: LoopRun, scenario: Scenario) -> Columns:
 
 def _verdict(config: TuneConfig, old: Trial, nearest: Trial, metrics: Mapping[str, Any]) -> str:
     gain, count = metrics["gain"], metrics["trials"]
-    told = [f"{name} {_change(gain[key], unit, none)}" for key, (name, unit, none) in _TOLD.items()]
+    told = [f"{METRICS[key].name} {_change(gain[key], key)}" for key in _TOLD]
     said = f"{metrics['scenario']} on the found rig, {config.name} retuned: {', '.join(told)}."
     if nearest.verdict.missed is not None:
         return f"{said} No design of {count} meets every hard goal there; the nearest misses {_missed(nearest)}."
@@ -86,8 +82,9 @@ def _missed(trial: Trial) -> str:
     return f"{goal.name}, {goal.value:.3g} with a limit of {goal.limit:g}, on {goal.where}"
 
 
-def _change(pair: Sequence[float | None], unit: str, none: str) -> str:
-    before, after = (none if value is None else f"{value:.3g}{unit}" for value in pair)
+def _change(pair: Sequence[float | None], key: str) -> str:
+    none = "never" if key == "settling_s" else "none"
+    before, after = (none if value is None else MetricView().text(value, key) for value in pair)
     return f"{after} instead of {before}"
 
 
@@ -99,7 +96,7 @@ def _rows_table(config: RetuneConfig, rows: Rows) -> Table:
     note = rigs + "Margins are those at mid stroke, the worse of null and moving. "
     note += judged_words(config.found.start.conditions, config.found.start.rig)
     start = config.found.start
-    maker = RowTable(start.rig, start.signal, start.scenarios)
+    maker = MetricView.of(start.rig, start.signal, start.scenarios)
     return maker.table("Old and retuned on both rigs", lines, (*keys, "tripped"), note)
 
 

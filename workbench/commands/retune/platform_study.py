@@ -12,12 +12,12 @@ from ...loop.platform.rows import judge_platform, linear_numbers
 from ...loop.platform.setup import platform_setup
 from ...report import Figure, Page, Section, Table
 from ...rigs.platform.platform_file import platform_files
+from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
 from ..run.platform_page import step_figure
 from .platform_config import PlatformRetune
 
 Runs = dict[tuple[str, str, str], PlatformRun]  # by controller, old or retuned, step
-_COLUMNS = {"settling_s": "settling [s]", "overshoot_percent": "overshoot [%]", "cross": "other axes, worst [%]"}
 
 
 def run_platform_retune(config: PlatformRetune, stage: Stage, progress: Progress) -> Outcome:
@@ -57,17 +57,16 @@ def _files(config: PlatformRetune, ratio: np.ndarray) -> dict[str, str]:
 
 def _page(config: PlatformRetune, metrics: dict[str, Any], runs: Runs) -> Page:
     rows, linear = metrics["rows"], metrics["linear"]
-    steps = Table(
+    view, laws = MetricView(), {"way": "laws", "scenario": "step"}
+    steps = view.table(
         "Steps on the found platform",
-        ["step", "controller", "laws", *_COLUMNS.values()],
-        [[row["scenario"], row["controller"], row["way"], *map(_cell, _told(row))] for row in rows],
+        [{**row, "cross_worst_percent": max(row["cross"].values())} for row in rows],
+        ("scenario", "controller", "way", "settling_s", "overshoot_percent", "cross_worst_percent"),
         "Other axes: how far any of them goes, in percent of the step, angles times the radius of the joints.",
+        heads=laws,
     )
-    loops = Table(
-        "Linear loops on the found platform",
-        ["controller", "laws", "stable", "Ms", "surge into pitch at 5 Hz [%]"],
-        [[row["controller"], row["way"], row["stable"], row["ms"], row["coupling_percent"]] for row in linear],
-    )
+    keys = ("controller", "way", "stable", "ms", "coupling_percent")
+    loops = view.table("Linear loops on the found platform", linear, keys, heads=laws)
     modes = Table(
         "Modes",
         ["mode", "times as fast as declared"],
@@ -78,14 +77,6 @@ def _page(config: PlatformRetune, metrics: dict[str, Any], runs: Runs) -> Page:
     said = [f"Not retuned, for their laws are not on modes: {', '.join(left)}."] if left else []
     title = f"Modal laws retuned on {config.found.rig.name}"
     return Page(title, _verdict(linear), [Section("What it gains", [loops, steps, *said]), Section("Numbers", [modes])])
-
-
-def _told(row: dict[str, Any]) -> list[Any]:
-    return [row["settling_s"], row["overshoot_percent"], max(row["cross"].values())]
-
-
-def _cell(value: float | None) -> float | None:
-    return None if value is None else float(value)
 
 
 def _verdict(linear: list[dict[str, Any]]) -> str:

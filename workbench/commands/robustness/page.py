@@ -11,30 +11,20 @@ from ...loop.rows import moving_at
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
+from ..common.metric_table import MetricView
 from ..common.plant_ranges import ranges_table
 from .config import RobustnessConfig
 from .linear_page import linear_items
 
-_COLUMNS = {
-    "controller": "controller",
-    "unstable": "unstable",
-    "tripped": "tripped",
-    "hunting": "hunting",
-    "settling_p50_s": "settling, median [s]",
-    "settling_p99_s": "99 % [s]",
-    "settling_worst_s": "worst [s]",
-    "times_limit": "99 % over the limit [1]",
-    "overshoot_worst_percent": "worst overshoot [%]",
-    "ms_worst": "worst Ms",
-    "held_unstable": "unstable as measured",
-    "held_ms_worst": "worst Ms as measured",
-    "gain_margin_worst_db": "least gain margin [dB]",
-    "cavitating": "cavitating",
-}
+_COLUMNS = (
+    *("controller", "unstable", "tripped", "hunting", "settling_p50_s", "settling_p99_s", "settling_worst_s"),
+    *("times_limit", "overshoot_worst_percent", "ms_worst", "held_unstable", "held_ms_worst", "gain_margin_worst_db"),
+    "cavitating",
+)
 _BAD = {"unstable": "unstable", "tripped": "tripped", "hunting": "hunting", "held_unstable": "unstable as measured"}
 _OF_A_MEMORY = "held_unstable", "held_ms_worst"
 _AS_MEASURED = "As measured: the loop that stands with what it has measured by the end of its steps, anywhere there. "
-_BEST = ("settling, median [s]", "99 % [s]", "worst [s]", "worst overshoot [%]", "worst Ms")
+_BEST = ("settling_p50_s", "settling_p99_s", "settling_worst_s", "overshoot_worst_percent", "ms_worst")
 
 
 def robustness_page(
@@ -48,17 +38,18 @@ def robustness_page(
     remembers = any(row["held_ms_worst"] is not None or row["held_unstable"] for row in rows)
     columns = [key for key in _COLUMNS if remembers or key not in _OF_A_MEMORY]
     step, band = (float(from_si(size, unit, config.signal.si)) for size in (config.step, metrics["band"]))
-    table = Table(
+    table = MetricView.of(config.rig, config.signal).table(
         f"A step of {step:g} {unit} on {counted(config.plants, 'plant')}",
-        [_COLUMNS[key] for key in columns],
-        [[row[key] for key in columns] for row in rows],
+        rows,
+        columns,
         f"Counts of plants. Settled within {band:.3g} {unit}; a plant that never settles counts as the "
         "slowest, and a dash says that there is one. Unstable, Ms and margins: at null and moving at "
         f"{moving_at(config.signal, config.rig.passing_speed)}, where each plant was drawn and at "
         f"{counted(len(config.positions), 'position')}. {_AS_MEASURED if remembers else ''}"
         "The limit: the soonest that an optimiser settles the nominal rig, at mid stroke (jackbench limit). "
         f"{judged_words(config.conditions, config.rig)}",
-        dict.fromkeys(_BEST, "min"),
+        _BEST,
+        heads={"times_limit": "settling, 99 %, times the limit [1]"},
     )
     items: list[Any] = [table]
     if metrics["left_out"]:

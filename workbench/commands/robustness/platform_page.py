@@ -10,35 +10,19 @@ from ...base.units import from_si
 from ...base.words import counted
 from ...report import Figure, Page, Section, Table
 from ...rigs.platform import AXES
+from ..common.metric_table import MetricView
 from .page import settled_figure
 from .platform_config import PlatformRobustness
 
 Metrics = Mapping[str, Any]
-_COLUMNS = {
-    "scenario": "step",
-    "controller": "controller",
-    "tripped": "tripped",
-    "hunting": "hunting",
-    "never": "never settled",
-    "failing_least_kg": "any of these: payload from [kg]",
-    "failing_most_kg": "to [kg]",
-    "settling_p50_s": "settling, median [s]",
-    "settling_p99_s": "99 % [s]",
-    "settling_worst_s": "worst [s]",
-    "overshoot_worst_percent": "worst overshoot [%]",
-    "cross_worst_percent": "other axes, worst [%]",
-    "cavitating": "cavitating",
-}
-_LINEAR = {
-    "controller": "controller",
-    "unstable": "unstable",
-    "unstable_least_kg": "payload from [kg]",
-    "unstable_most_kg": "to [kg]",
-    "ms_median": "Ms, median",
-    "ms_worst": "worst",
-    "coupling_median_percent": "surge into pitch at 5 Hz, median [%]",
-    "coupling_worst_percent": "worst [%] ",
-}
+_COLUMNS = (
+    *("scenario", "controller", "tripped", "hunting", "never", "failing_least_kg", "failing_most_kg", "settling_p50_s"),
+    *("settling_p99_s", "settling_worst_s", "overshoot_worst_percent", "cross_worst_percent", "cavitating"),
+)
+_LINEAR = (
+    *("controller", "unstable", "unstable_least_kg", "unstable_most_kg", "ms_median", "ms_worst"),
+    *("coupling_median_percent", "coupling_worst_percent"),
+)
 
 
 def platform_page(
@@ -52,22 +36,21 @@ def platform_page(
         )
         for step in config.steps
     ]
-    order = [step.name for step in config.steps]
-    rows = sorted(metrics["rows"], key=lambda row: order.index(row["scenario"]))
+    rows = metrics["rows"]
     judged = "ideal sensors and no delay" if config.conditions.ideal else "with noise, resolution and computing delay"
-    steps = Table(
+    steps = MetricView().table(
         f"Steps on {counted(config.plants, 'platform')}",
-        list(_COLUMNS.values()),
-        [[row[key] for key in _COLUMNS] for row in rows],
+        rows,
+        _COLUMNS,
         f"Counts of platforms, {judged}. Settled within 2 % of the step; a platform that never settles counts as the "
         "slowest, and a dash says that there is one. Hunting: swings without noise "
         "that do not die away, along any axis. Other axes: how far any of them goes, in percent of the step, "
         "angles times the radius of the joints. Cavitating: a chamber comes below 0 bar.",
     )
-    linear = Table(
+    linear = MetricView().table(
         "Linear loops, each at its own pose",
-        list(_LINEAR.values()),
-        [[row[key] for key in _LINEAR] for row in metrics["linear"]],
+        metrics["linear"],
+        _LINEAR,
         "Ms is the largest singular value of the sensitivity at the six commands.",
     )
     ranges = Table(

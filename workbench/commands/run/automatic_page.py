@@ -8,7 +8,7 @@ import numpy as np
 
 from ...report import Page, Section
 from ..common.judged import judged_words
-from ..common.row_table import RowTable
+from ..common.metric_table import MetricView
 from ..robustness.page import robustness_page
 from .automatic_config import AutomaticConfig
 
@@ -25,7 +25,7 @@ def automatic_page(
     draw: Mapping[str, np.ndarray],
 ) -> Page:
     """Every rig with its own gains, then the plants."""
-    maker = RowTable(config.rig, config.drawn.signal, config.scenarios)
+    maker = MetricView.of(config.rig, config.drawn.signal, config.scenarios)
     note = (
         "Gains by rules, from small moves of each rig: of P [1/m] and of the pressure feedback [1/Pa]. "
         f"{judged_words(config.drawn.conditions, config.rig)}"

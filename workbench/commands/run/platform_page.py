@@ -13,6 +13,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
 from ...rigs.platform import AXES, Platform
+from ..common.metric_table import MetricView
 from ..common.platform_motion import PlatformRecord
 from ..common.platform_scene import leg_labels, platform_lines
 from .platform_config import PlatformConfig
@@ -66,11 +67,10 @@ def _other_sections(config: PlatformConfig, findings: "PlatformFindings") -> lis
     sections = []
     if findings.envelope:
         keys = ("variation", "controller", "stable", "ms", "settling_s", "tripped", "coupling_percent")
-        rows = [[row[key] for key in keys] for row in findings.envelope]
-        heads = ["payload", "controller", "stable", "Ms", "settling [s]", "tripped", "surge into pitch at 5 Hz [%]"]
         steps = ", ".join(step.name for step in config.steps[:OTHERS])
         note = f"Laws, directions and guards as for the declared payload; settling: the largest of {steps}."
-        sections.append(Section("Other payloads", [Table("Other payloads", heads, rows, note)]))
+        table = MetricView().table("Other payloads", findings.envelope, keys, note, heads={"variation": "payload"})
+        sections.append(Section("Other payloads", [table]))
     if findings.played and config.record:
         sections.append(Section("A record", _record_items(config, config.record, findings)))
     return sections
@@ -116,15 +116,10 @@ def _modes(findings: "PlatformFindings") -> Table:
 
 
 def _rows_table(rows: list[dict[str, Any]]) -> Table:
-    keys = ("settling_s", "overshoot_percent", "rise_s", "peak_command", "saturated_s", "cavitation_s", "f3db_hz", "ms")
-    heads = ("settling [s]", "overshoot [%]", "rise [s]", "peak command", "limited [s]", "cavitation [s]", "-3 dB [Hz]")
-    heads += ("Ms", "peak power [kW]", "tripped")
-    lines = [
-        [row["scenario"], row["controller"], *(row[key] for key in keys), 1e-3 * row["peak_power_w"], row["tripped"]]
-        for row in rows
-    ]
+    keys = ("scenario", "controller", "settling_s", "overshoot_percent", "rise_s", "peak_command", "saturated_s")
+    keys += ("cavitation_s", "f3db_hz", "ms", "peak_power_w", "tripped")
     note = "Settling into 2 % of the step. Ms: largest singular value of the sensitivity at the commands, linear."
-    return Table("Steps", ["scenario", "controller", *heads], lines, note, {"settling [s]": "min"}, "scenario")
+    return MetricView().table("Steps", rows, keys, note, ("settling_s",))
 
 
 def _cross_table(rows: list[dict[str, Any]]) -> Table:

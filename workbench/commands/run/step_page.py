@@ -13,7 +13,7 @@ from ...report import Figure, Page, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
-from ..common.row_table import RowTable
+from ..common.metric_table import MetricView
 from ..common.sines import Sines, closed_loop_figure
 from ..common.step_experiment import StepConfig
 from ..common.time_figure import run_columns, time_figure, window, window_words
@@ -94,7 +94,7 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
         "command. Cavitation: a chamber below 0 bar."
     )
     note += "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks)
-    maker = RowTable(config.rig, config.signal, config.scenarios)
+    maker = MetricView.of(config.rig, config.signal, config.scenarios)
     return maker.table("Metrics", rows, keys, note, best=("settling_s", "iae"))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ...loop.sines import AMPLITUDE, ARRIVES, JUDGED, PHASE
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ..common.judged import played_words
+from ..common.metric_table import MetricView
 from .config import SinesConfig
 
 WAYS = {"alone": "alone", "apc": "APC", "apc+ahc": "APC + AHC"}  # as metrics.json and as the report names them
@@ -33,14 +34,14 @@ def page(config: SinesConfig, metrics: Mapping[str, Any], figure: Figure) -> Pag
 def picture(config: SinesConfig, metrics: Mapping[str, Any]) -> Figure:
     """Errors of amplitude and phase, and the third harmonic, over frequency on the first rig."""
     first = next(iter(config.rigs))
-    names = {"amplitude_error_percent": "amplitude error [%]", "phase_error_deg": "phase error [deg]"}
+    view = MetricView()
     marks = {"amplitude_error_percent": 100 * AMPLITUDE, "phase_error_deg": PHASE}
     rows = [row for row in metrics["rows"] if row["rig"] == first]
     panels = [
-        Panel(label, _curves(rows, key), log_y=True, marks=[Mark(marks[key], "asked for")])
-        for key, label in names.items()
+        Panel(view.head(key), _curves(rows, key), log_y=True, marks=[Mark(most, "asked for")])
+        for key, most in marks.items()
     ]
-    panels.append(Panel("third harmonic [dB]", _curves(rows, "third_db")))
+    panels.append(Panel(view.head("third_db"), _curves(rows, "third_db")))
     return Figure(
         f"Sines on {first}", "frequency [Hz]", panels, log_x=True,
         note=f"true values over {JUDGED} cycles after the first {ARRIVES}; errors below {_LOWEST:g} are drawn there",
@@ -84,55 +85,35 @@ def _up_to(rows: Rows) -> str:
 
 
 def _table(config: SinesConfig, rows: Rows) -> Table:
-    columns = [
-        "rig", "frequency [Hz]", "amplitude [mm]", "way", "amplitude error [%]", "phase error [deg]",
-        "third harmonic [dB]", "arrives after [cycles]", "peak command [1]", "lowest [bar]", "trips",
-    ]  # fmt: skip
-    cells = [
-        [
-            *(row["rig"], row["frequency"], 1e3 * row["amplitude"], WAYS[row["way"]]),
-            *(row[key] for key in ("amplitude_error_percent", "phase_error_deg", "third_db", "cycles")),
-            *(row["peak_command"], row["lowest_pressure"] / 1e5, row["tripped"] or ""),
-        ]
-        for row in rows
-    ]
+    keys = (
+        *("rig", "frequency", "amplitude", "way", "amplitude_error_percent", "phase_error_deg", "third_db", "cycles"),
+        *("peak_command", "lowest_pressure", "tripped"),
+    )
+    lines = [{**row, "way": WAYS[row["way"]]} for row in rows]
     note = (
         f"True values over cycles {ARRIVES + 1} to {ARRIVES + JUDGED}. APC: amplitude and phase control; AHC: odd "
         f"harmonics up to {config.harmonics} times the frequency are taken out where the loop leaves room. "
         "Below 0 bar no model holds. "
         f"{played_words(config.conditions, config.rig)}"
     )
-    return Table("", columns, cells, note)
+    return MetricView().table("", lines, keys, note)
 
 
 def _plants(config: SinesConfig, metrics: Mapping[str, Any]) -> Table:
-    columns = [
-        "controller", "frequency [Hz]", "amplitude [mm]", "plants", "within [%]", "tripped",
-        "amplitude error, 99 % [%]", "worst [%]", "phase error, 99 % [deg]", "worst [deg]",
-    ]  # fmt: skip
     keys = (
-        "plants", "within_percent", "tripped", "amplitude_p99_percent", "amplitude_worst_percent", "phase_p99_deg",
-        "phase_worst_deg",
-    )  # fmt: skip
-    cells = [
-        [
-            f"{row['controller']}, {WAYS[row['way']]}",
-            row["frequency"],
-            1e3 * row["amplitude"],
-            *(row[key] for key in keys),
-        ]
-        for row in metrics["plants"]
-    ]
+        *("controller", "frequency", "amplitude", "plants", "within_percent", "tripped", "amplitude_p99_percent"),
+        *("amplitude_worst_percent", "phase_p99_deg", "phase_worst_deg"),
+    )
+    lines = [{**row, "controller": f"{row['controller']}, {WAYS[row['way']]}"} for row in metrics["plants"]]
     note = (
         f"Drawn over the rig's bounds and {', '.join(config.factors) or 'no factors'}, in {100 * config.stroke:g} % of "
         "the stroke."
     )
     if metrics["left_out"]:
         note += f" Not in lanes, and left out: {', '.join(metrics['left_out'])}."
-    return Table("", columns, cells, note)
+    return MetricView().table("", lines, keys, note)
 
 
 def _reach(rows: Rows) -> Table:
-    cells = [[row["rig"], 1e3 * row["amplitude"], row["highest_hz"]] for row in rows]
     note = "From rest at the ends of a sine to its middle the valve gives F (1 - (v/v0)^2)/M at a speed v."
-    return Table("", ["rig", "amplitude [mm]", "up to [Hz]"], cells, note)
+    return MetricView().table("", rows, ("rig", "amplitude", "highest_hz"), note)

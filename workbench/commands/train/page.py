@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...loop.envelope import DRAWN
 from ...loop.tuning.goals import Trial, Verdict
-from ...report import Curve, Figure, Known, Page, Panel, Section, Table
-from ..common.row_table import RowTable
+from ...report import Curve, Figure, Page, Panel, Section, Table
+from ..common.metric_table import MetricView
 from ..tune.page import Runs, goals_table, step_figure
 from .config import TrainConfig
 from .policies import Run
@@ -83,29 +82,19 @@ def _spread(runs: Sequence[Run]) -> str:
 
 
 def _unseen(config: TrainConfig, unseen: Unseen) -> Table:
-    signal = config.start.signal
-    iae = float(from_si(1.0, signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
-    times = ("settling_p50_s", "settling_p99_s", "settling_worst_s")
-    lines = []
-    for row in (row for pair in _pairs(unseen) for row in pair):
-        settling = [None if row[key] is None else Known(row[key], config.start.rig.period.value) for key in times]
-        counts = [row["scenario"], row["design"], row["unstable"], row["tripped"], *settling]
-        lines.append([*counts, row["overshoot_worst_percent"], _times(row["iae_mean"], iae), row["ms_worst"]])
-    heads = ["scenario", "design", "unstable", "tripped", "settling, median [s]", "99 % [s]", "slowest [s]"]
-    heads += ["overshoot, worst [%]", f"IAE, mean [{signal.unit} s]", "Ms, worst [1]"]
+    keys = ("scenario", "design", "unstable", "tripped", "settling_p50_s", "settling_p99_s", "settling_worst_s")
+    keys += ("overshoot_worst_percent", "iae_mean", "ms_worst")
+    rows = [row for pair in _pairs(unseen) for row in pair]
     note = "Drawn as those of the search, by another seed; with noise and computing delay."
-    return Table(f"On {counted(unseen[0]['plants'], 'plant')} that no run has seen", heads, lines, note)
-
-
-def _times(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
+    title = f"On {counted(unseen[0]['plants'], 'plant')} that no run has seen"
+    return MetricView.of(config.start.rig, config.start.signal).table(title, rows, keys, note)
 
 
 def _compared(config: TrainConfig, rows: Rows) -> Table:
     """Every rig of the set in every scenario, without the policy and with it."""
     designs = zip(rows["start"], rows["trained"], strict=True)
     lines = [{**row, "controller": what} for pair in designs for what, row in zip(rows, pair, strict=True)]
-    maker = RowTable(config.start.rig, config.start.signal, config.start.scenarios)
+    maker = MetricView.of(config.start.rig, config.start.signal, config.start.scenarios)
     return maker.table("On every rig of the set", lines, _COMPARED)
 
 

@@ -16,7 +16,7 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.loop_margins import margins_section
-from ..common.row_table import RowTable
+from ..common.metric_table import MetricView
 from ..common.time_figure import run_columns, time_figure, window, window_words
 from .config import WEIGHTS, TuneConfig
 
@@ -118,7 +118,7 @@ def _rows(config: TuneConfig, rows: Sequence[Mapping[str, Any]]) -> Table:
     keys = ("scenario", "rig", "settling_s", "band", "overshoot_percent", "residual_oscillation", "peak_deviation")
     note = "Margins are those at mid stroke, the worse of null and moving. "
     note += judged_words(config.start.conditions, config.start.rig)
-    maker = RowTable(config.start.rig, config.start.signal, config.start.scenarios)
+    maker = MetricView.of(config.start.rig, config.start.signal, config.start.scenarios)
     return maker.table("On every rig of the set", rows, (*keys, "ms", "gain_margin_db"), note)
 
 

@@ -8,23 +8,16 @@ import numpy as np
 
 from ...base.words import counted
 from ...identify.watch.history import FEWEST, History
+from ...identify.watch.loop_costs import FIGURES
 from ...identify.watch.told import NORMAL, Told
+from ...loop.metrics import METRICS
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
-from ..common.row_table import RowTable
+from ..common.metric_table import MetricView
 
-_LOOP = {
-    "gain_margin_db": "gain margin [dB]",
-    "phase_margin_deg": "phase margin [deg]",
-    "ms": "Ms [1]",
-    "settling_s": "settling [s]",
-    "overshoot_percent": "overshoot [%]",
-    "sine_error": "error at 5 Hz [1]",
-    "worst_gain_margin_db": "worst margin [dB]",
-}
 _LOOP_NOTE = (
-    "The error at 5 Hz is that of a sine of 2 mm, RMS over RMS. The worst margin is the least gain margin over the "
+    "The error of a sine is that of 2 mm at 5 Hz, RMS over RMS. The worst margin is the least gain margin over the "
     "stroke and over the intervals of the session's numbers."
 )
 _ROW = 4  # panels of a figure
@@ -39,7 +32,7 @@ def watch_page(
     told: Sequence[Told],
     costs: Mapping[str, Sequence[float | None]],
     metrics: Mapping[str, Any],
-    shown: RowTable,
+    shown: MetricView,
 ) -> tuple[Page, Figure]:
     """The page and its telling figure: the axes that changed, with the loop's figures below; `shown`: how rows of the
     loop are."""
@@ -54,8 +47,8 @@ def watch_page(
     panels = [_course(each, weeks, marks) for each in told if each.course] or [
         _panel(known, weeks, moves, deviations, k, marks) for k in first
     ]
-    loop = [Panel(label, [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
-            for key, label in _LOOP.items() if np.isfinite(_values(costs[key])).any()]  # fmt: skip
+    loop = [Panel(shown.head(key), [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
+            for key in FIGURES if np.isfinite(_values(costs[key])).any()]  # fmt: skip
     picture = Figure("What changes, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
     every = [_panel(known, weeks, moves, deviations, k, marks) for k in range(len(known.axes))]
     sections = [
@@ -108,8 +101,8 @@ def verdict(metrics: Mapping[str, Any], last: date) -> str:
 
 def passing(row: Mapping[str, Any]) -> str:
     """The limit that a forecast is about, in words."""
-    name, unit = _LOOP[row["figure"]].removesuffix("]").split(" [")
-    return f"{name} passes {row['limit']:g}{'' if unit == '1' else f' {unit}'}"
+    of = METRICS[row["figure"]]
+    return f"{of.name} passes {row['limit']:g}{'' if of.unit == '1' else f' {of.unit}'}"
 
 
 def _sentence(alarm: Mapping[str, Any]) -> str:
@@ -192,13 +185,16 @@ def _healthy(metrics: Mapping[str, Any]) -> list[str]:
 
 def _forecast(metrics: Mapping[str, Any]) -> list[Table | str]:
     why = [metrics["no_forecast"]] if metrics["no_forecast"] else []
-    lines = [[_LOOP[row["figure"]], row["limit"], row["from"], row["to"], row["by"]] for row in metrics["forecast"]]
+    lines = [
+        [MetricView().head(row["figure"]), row["limit"], row["from"], row["to"], row["by"]]
+        for row in metrics["forecast"]
+    ]
     note = "80 %, if what changes goes on as it does."
     table = Table("When the loop passes a limit", ["figure", "limit", "from", "to", "by"], lines, note)
     return [*([table] if lines else []), *why]
 
 
-def _retuning(metrics: Mapping[str, Any], shown: RowTable) -> list[Table]:
+def _retuning(metrics: Mapping[str, Any], shown: MetricView) -> list[Table]:
     """What a search on the rig as it is gives back."""
     again = metrics["retuning"]
     if again is None:
@@ -231,8 +227,8 @@ def _left_out(lines: Sequence[str]) -> list[Table]:
 def _sessions(sessions: Sequence[DatedSession], rows: Sequence[Mapping[str, Any]]) -> Table:
     lines = [
         [row["date"], row["chi2"], None if s.temperature is None else s.temperature - 273.15, s.hours, row["remark"],
-         *(row["margins"][key] for key in _LOOP)]
+         *(MetricView().cell(row["margins"], key) for key in FIGURES)]
         for s, row in zip(sessions, rows, strict=True)
     ]  # fmt: skip
-    heads = ["date", "chi2 of the fit [1]", "oil [degC]", "hours [h]", "remark", *_LOOP.values()]
+    heads = ["date", "chi2 of the fit [1]", "oil [degC]", "hours [h]", "remark", *map(MetricView().head, FIGURES)]
     return Table("Every session", heads, lines)

@@ -12,7 +12,8 @@ from ...base.process_pool import Jobs, process_pool
 from ...base.words import agreed, counted
 from ...records.campaign import FILE
 from ...records.dated_sessions import dated_sessions
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Curve, Figure, Page, Panel, Section
+from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.step_experiment import StepConfig
 from .page import standing, verdict
@@ -85,12 +86,9 @@ def _attention(row: Row) -> tuple[bool, str, float, str]:
 
 def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
     margins = [row["margins"].get("gain_margin_db") for row in rows]
-    lines = [
-        [row["name"], row["said"], margin, row["margins"].get("settling_s"), row["sessions"], row["last"],
-         len(row["left_out"])]
-        for row, margin in zip(rows, margins, strict=True)
-    ]  # fmt: skip
-    heads = ["rig", "what its watch says", "gain margin [dB]", "settling [s]", "sessions", "newest", "left out"]
+    lines = [row | row["margins"] | {"unread": len(row["left_out"])} for row in rows]
+    heads = {"name": "rig", "said": "what its watch says", "last": "newest", "unread": "left out"}
+    keys = ("name", "said", "gain_margin_db", "settling_s", "sessions", "last", "unread")
     alarmed = [row["name"] for row in rows if standing(row["alarms"])]
     said = f"{len(alarmed)} of {counted(len(rows), 'rig')} {agreed('need', len(alarmed))} attention"
     said += f": {', '.join(alarmed)}." if alarmed else "."
@@ -99,6 +97,5 @@ def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
     y = np.array([np.nan if margin is None else margin for margin in margins], dtype=float)
     points = Curve("newest session", np.arange(1.0, len(rows) + 1), y, "markers")
     figure = Figure("The loop on each rig", "rig, most urgent first", [Panel("gain margin [dB]", [points])])
-    return Page(
-        "Watch of several rigs", said, [Section("Most urgent first", [Table("", heads, lines), figure])], picture=figure
-    ), figure
+    table = MetricView().table("", lines, keys, heads=heads)
+    return Page("Watch of several rigs", said, [Section("Most urgent first", [table, figure])], picture=figure), figure

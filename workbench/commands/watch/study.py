@@ -29,8 +29,8 @@ from ...report import Figure, Page
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..common.design_numbers import Subject
+from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
-from ..common.row_table import RowTable
 from ..common.step_experiment import StepConfig
 from .page import watch_page
 from .retuning import Retuning
@@ -114,7 +114,7 @@ def run_watch(
     }
 
     def draw() -> tuple[Page, Figure]:
-        name, shown = found.folder.resolve().name, RowTable(rig, loop.signal, loop.scenarios)
+        name, shown = found.folder.resolve().name, MetricView.of(rig, loop.signal, loop.scenarios)
         return watch_page(name, known, sessions, moves, deviations, told, costs, metrics, shown)
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}

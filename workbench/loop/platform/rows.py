@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...control.platform_controller import LEGS, PlatformSpec
+from ...control.platform_controller import PlatformSpec
 from ...plant.valve.supply import supply_power
 from ...rigs.platform import AXES
-from .. import step_metrics as metrics
+from ..metrics import JudgedRun
 from ..rows import closed_numbers
 from .loop import PlatformRun, run_platform
 from .setup import PlatformSetup
@@ -79,33 +79,35 @@ def step_row(
 ) -> dict[str, Any]:
     """The row of a step in metrics.json: as of a jack's position step, and `cross`, how far the others go meanwhile, in
     percent of the step, angles times the radius of the joints."""
-    t, y = run.t, run.pose[:, step.axis]
-    band, whole = SHARE * abs(step.size), run.tripped is None
-    own = transfer.transfer[:, step.axis, step.axis]
-    weights = setup.platform.geometry.weights
+    axis, whole, weights = step.axis, run.tripped is None, setup.platform.geometry.weights
     moved = np.abs(run.pose - run.pose[0]).max(axis=0) * weights
-    percent = 100 * moved / (abs(step.size) * weights[step.axis])
+    percent = 100 * moved / (abs(step.size) * weights[axis])
+    closed = transfer.transfer[:, axis, axis] if transfer.stable else None
+    linear = {"stable": transfer.stable, **closed_numbers(transfer.f, closed)}
+    linear |= {"gain_margin_db": None, "phase_margin_deg": None}
+    judged = JudgedRun(
+        t=run.t,
+        y=run.pose[:, axis],
+        reference=step.size,
+        before=0.0,
+        target=step.size,
+        size=step.size,
+        band=SHARE * abs(step.size),
+        commands=run.demanded,
+        demanded=run.demanded,
+        realised=run.sent,
+        lowest_pressure=run.signals["lowest_pressure"],
+        tripped=run.tripped,
+        linear=linear | {"ms": float(transfer.sensitivity.max()) if transfer.stable else None},
+        steps=whole,
+        jumps=whole,
+    )
     return {
         "controller": controller,
         "rig": setup.platform.name,
         "scenario": step.name,
-        "settling_s": metrics.settling_time(t, y, step.size, band) if whole else None,
-        "overshoot_percent": metrics.overshoot(y, 0.0, step.size) if whole else None,
-        "rise_s": metrics.rise_time(t, y, 0.0, step.size) if whole else None,
-        "steady_state_error": metrics.steady_state_error(t, y, step.size) if whole else None,
-        "iae": metrics.iae(t, y, step.size) if whole else None,
-        "peak_command": float(np.abs(run.demanded).max()),
-        "saturated_s": max(metrics.saturated_time(t, run.demanded[:, i], run.sent[:, i]) for i in range(LEGS)),
-        "cavitation_s": metrics.cavitation_time(t, run.signals["lowest_pressure"]),
-        "residual_oscillation": metrics.residual_oscillation(t, y, step.size) if whole else None,
-        "stable": transfer.stable,
-        "tripped": run.tripped,
-        **closed_numbers(transfer.f, own if transfer.stable else None),
-        "gain_margin_db": None,
-        "phase_margin_deg": None,
-        "ms": float(transfer.sensitivity.max()) if transfer.stable else None,
-        "band": band,
-        "cross": {axis: float(percent[i]) for i, axis in enumerate(AXES) if i != step.axis},
+        **judged.row(but=("margins", "peak_deviation", "rms_error")),
+        "cross": {name: float(percent[i]) for i, name in enumerate(AXES) if i != axis},
         **power(setup, run),
     }
 
