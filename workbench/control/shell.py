@@ -21,6 +21,8 @@ from .protocol import Controller, fallbacks, linear_view, operating, preview
 if TYPE_CHECKING:
     import casadi as ca
 
+    from ..engine.buffered import BufferedFunction
+
 Signals = Mapping[str, "ca.SX"]
 
 
@@ -178,7 +180,7 @@ class Around:
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:
         """Start without a bump."""
         self._s = np.array([reference, *(measurement[name] for name in self.measures)])
-        self._w = np.array(self._functions["rest"](self._s, command)).ravel()
+        self._w = self._functions["rest"](self._s, command).copy()
         taken, back = self._taken(measurement), self._back(command)
         self.inner.reset(taken.pop("reference"), taken, back)
 
@@ -189,8 +191,8 @@ class Around:
         w, given = self._w, []
         for reference in future:
             s = np.append(reference, self._s[1:])
-            given.append(float(np.array(self._functions["signals"](w, s)).ravel()[0]))
-            w = np.array(self._functions["after"](w, s, 0.0)).ravel() if self._shell.leads else w
+            given.append(float(self._functions["signals"](w, s)[0]))
+            w = self._functions["after"](w, s, 0.0).copy() if self._shell.leads else w
         cast(Any, self.inner).set_preview(np.array(given))
 
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
@@ -200,12 +202,12 @@ class Around:
         inner = self.inner.compute(taken.pop("reference"), taken)
         if not isinstance(inner, Real):  # the guard says what is wrong with it
             return inner
-        return float(self._functions["forth"](self._w, self._s, float(inner)))
+        return float(self._functions["forth"](self._w, self._s, float(inner))[0])
 
     def update(self, realised: float) -> None:
         """Advance both by one period."""
         self.inner.update(self._back(realised))
-        self._w = np.array(self._functions["after"](self._w, self._s, realised)).ravel()
+        self._w = self._functions["after"](self._w, self._s, realised).copy()
 
     def linear(self, at: Mapping[str, float] | None = None) -> StateSpace:
         """Both together: the inner controller's view as a law, with the shell around it."""
@@ -213,16 +215,18 @@ class Around:
         return law.matrices.view(self.measures, law.period) if law.matrices else law.linearised(operating(at))
 
     def _taken(self, measurement: Mapping[str, float]) -> dict[str, float]:
-        given = np.array(self._functions["signals"](self._w, self._s)).ravel().tolist()
+        given = self._functions["signals"](self._w, self._s).tolist()
         return {**measurement, "reference": given[0], **dict(zip(self.inner.measures, given[1:], strict=True))}
 
     def _back(self, realised: float) -> float:
-        return float(self._functions["back"](self._w, self._s, realised))
+        return float(self._functions["back"](self._w, self._s, realised)[0])
 
     @cached_property
-    def _functions(self) -> dict[str, "ca.Function"]:
+    def _functions(self) -> "dict[str, BufferedFunction]":
         """rest(s, u), signals(w, s) -> (r, y) of the inner controller, forth, back and after(w, s, u), of numbers."""
         import casadi as ca
+
+        from ..engine.buffered import BufferedFunction
 
         shell, q = self._shell, ca.SX(ca.DM(self._shell.numbers))
         w, s, u = ca.SX.sym("w", len(shell.names)), ca.SX.sym("s", len(self._s)), ca.SX.sym("u")
@@ -230,13 +234,15 @@ class Around:
         passed = shell.passed(w, named, q)
         told = {**named, **passed.signals}
         given = [told[name] for name in ("reference", *self.inner.measures)]
-        return {
-            "rest": ca.Function("rest", [s, u], [ca.densify(shell.rest(named, u))]),
-            "signals": ca.Function("signals", [w, s], [ca.densify(ca.vertcat(*given))]),
-            "forth": ca.Function("forth", [w, s, u], [passed.forth(u)]),
-            "back": ca.Function("back", [w, s, u], [passed.back(u)]),
-            "after": ca.Function("after", [w, s, u], [ca.densify(shell.after(w, named, u, q))]),
+        graphs = {
+            "rest": ([s, u], shell.rest(named, u)),
+            "signals": ([w, s], ca.vertcat(*given)),
+            "forth": ([w, s, u], passed.forth(u)),
+            "back": ([w, s, u], passed.back(u)),
+            "after": ([w, s, u], shell.after(w, named, u, q)),
         }
+        made = {name: ca.Function(name, taken, [ca.densify(graph)]) for name, (taken, graph) in graphs.items()}
+        return {name: BufferedFunction(function) for name, function in made.items()}
 
 
 def innermost(controller: Controller) -> Controller:
