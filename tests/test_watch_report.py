@@ -64,9 +64,11 @@ def _number(campaign) -> int:
     return int(campaign.path.name[-2:]) - 1
 
 
-def test_an_alarm_is_told_named_dated_and_shown(months, tmp_path, capsys):
+def test_an_alarm_is_told_named_dated_and_shown_and_cron_hears_of_it(months, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["watch", str(months), "--out", str(out), "--controller", "p-dp"]) == 0
+    with pytest.raises(SystemExit) as ended:
+        main(["watch", str(months), "--out", str(out), "--controller", "p-dp", "--exit-code"])
+    assert ended.value.code == 3
     watch = json.loads((out / "watch.json").read_text())
     assert set(watch) >= {"sessions", "alarms", "forecast"}
     assert [each["date"] for each in watch["sessions"]] == [f"2026-01-{k + 1:02}" for k in range(COUNT)]
@@ -98,12 +100,6 @@ def test_an_alarm_whose_cause_was_mended_is_told_as_past_and_rings_no_bell(month
     assert "gone since" in (out / "report.html").read_text()
 
 
-def test_cron_hears_of_an_alarm(months, tmp_path):
-    with pytest.raises(SystemExit) as ended:
-        main(["watch", str(months), "--out", str(tmp_path / "out"), "--exit-code"])
-    assert ended.value.code == 3
-
-
 def test_a_cluster_is_for_several_rigs(months, tmp_path, capsys):
     assert main(["watch", str(months), "--out", str(tmp_path / "out"), "--cluster", "tcp://127.0.0.1:1"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
@@ -112,6 +108,7 @@ def test_a_cluster_is_for_several_rigs(months, tmp_path, capsys):
 
 def test_a_folder_of_rigs_has_the_urgent_first(months, tmp_path, monkeypatch):
     monkeypatch.setattr("workbench.commands.watch.rigs.process_pool", _here)
+    monkeypatch.setattr("workbench.commands.watch.retuning.retuned", lambda *_: None)  # half a minute's search
     well = months.parent / "rig-1"
     (months / "2026-01-01").rename(well.parent / "kept")
     well.mkdir()
