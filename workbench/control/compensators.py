@@ -105,6 +105,11 @@ class LawAround(LawController):
         self.inner = inner
 
 
+def innermost(controller: Controller) -> Controller:
+    """The controller within all that is around it."""
+    return innermost(controller.inner) if isinstance(controller, Around | LawAround) else controller
+
+
 def deflection(stiffness: float, period: float) -> Shell:
     """The controller's reference is a force over a stiffness [N/m]."""
     return FilterShell(weighted([1], [1], period, {"reference": 1 / stiffness}), True)

@@ -243,8 +243,3 @@ class Around:
         }
         made = {name: ca.Function(name, taken, [ca.densify(graph)]) for name, (taken, graph) in graphs.items()}
         return {name: BufferedFunction(function) for name, function in made.items()}
-
-
-def innermost(controller: Controller) -> Controller:
-    """The controller within all that is around it."""
-    return innermost(controller.inner) if isinstance(controller, Around) else controller

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..control.compensators import innermost
 from ..control.protocol import Controller
-from ..control.shell import innermost
 from ..engine import Engine
 from ..linear import Equilibrium
 from ..rigs.rig import Rig

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.units import from_si
+from ..control.compensators import innermost
 from ..control.protocol import Controller
-from ..control.shell import innermost
 from ..rigs.rig import Rig
 from .guard import Guard
 
