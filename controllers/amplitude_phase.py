@@ -17,7 +17,7 @@ class AmplitudePhase:
     as they are: between blocks nothing measured goes into the reference.
     """
 
-    into: ClassVar[Literal["plan"]] = "plan"
+    into: ClassVar[Literal["graph"]] = "graph"
 
     @design_numbers
     class Design:
@@ -39,4 +39,4 @@ class AmplitudePhase:
         pairs = [(d.gain, d.phase), (d.gain3, d.phase3), (d.gain5, d.phase5)]
         size = next((i for i, (gain, _) in enumerate(pairs) if not gain), len(pairs))
         responses = tuple(gain * np.exp(1j * np.radians(phase)) for gain, phase in pairs[:size])
-        self.plan = SineControl(d.frequency, responses, d.settle, d.measure, d.noise, period)
+        self.shell = SineControl(d.frequency, responses, d.settle, d.measure, d.noise, period)

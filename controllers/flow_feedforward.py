@@ -21,7 +21,7 @@ class FlowFeedForward:
     ch. 6). An inverse of the lap stands around it.
     """
 
-    into: ClassVar[Literal["plan"]] = "plan"
+    into: ClassVar[Literal["graph"]] = "graph"
 
     @design_numbers
     class Design:
@@ -47,4 +47,4 @@ class FlowFeedForward:
         flow = FlowNumbers(
             d.velocity_gain, d.lag, mode, d.inertia, d.drop, d.drain, d.measured, d.corner, d.column, d.middle
         )
-        self.plan = ReferencePlan(d.speed, d.acceleration, d.smoothing, d.lead, period, flow)
+        self.shell = ReferencePlan(d.speed, d.acceleration, d.smoothing, d.lead, period, flow)

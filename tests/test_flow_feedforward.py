@@ -3,10 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
-from test_sine_control import functions
 
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
@@ -40,12 +40,15 @@ LOOP = P(gain=3.0) + PressureFeedback(gain="2e-4 1/bar", corner=2.6) + FLOW + La
 def planned(reference, **numbers):
     """The motion that a plan makes of a reference [k], and the command for its flow."""
     spec = P(gain=1e-3) + FlowFeedForward(**{"velocity_gain": 5.0, "acceleration": 20.0, **numbers})
-    plan = spec.build(PERIOD).graph_law().shell.plan
-    output, advance = functions(plan)
-    w, motion, command = np.zeros(plan.states), *np.empty((2, len(reference)))
+    plan = spec.build(PERIOD).graph_law().shell
+    w, r, q = ca.SX.sym("w", len(plan.names)), ca.SX.sym("r"), ca.SX(ca.DM(plan.numbers))
+    passed = plan.passed(w, {"reference": r}, q)
+    output = ca.Function("output", [w, r], [passed.signals["reference"], passed.forth(ca.SX(0))])
+    advance = ca.Function("after", [w, r], [plan.after(w, {"reference": r}, ca.SX(0), q)])
+    w, motion, command = np.zeros(len(plan.names)), *np.empty((2, len(reference)))
     for i, r in enumerate(reference):
-        motion[i], command[i] = map(float, output(w, [r]))
-        w = np.array(advance(w, [r])).ravel()
+        motion[i], command[i] = map(float, output(w, r))
+        w = np.array(advance(w, r)).ravel()
     return motion, command
 
 

@@ -9,7 +9,6 @@ from hypothesis import Phase, given, settings, strategies as st
 
 from controllers import AmplitudePhase, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
-from workbench.control.shells import PlanShell
 from workbench.control.sine_control import SineControl
 from workbench.loop.capability import Capability
 from workbench.loop.lane_laws import lane_laws
@@ -37,20 +36,22 @@ class FirstOrder:
     def play(self, control: SineControl, reference: np.ndarray) -> np.ndarray:
         """The true position [k]."""
         output, advance = functions(control)
-        w, y = np.array(ca.DM(control.rest(ca.DM(reference[0])))).ravel(), np.empty(len(reference))
+        w = np.array(ca.DM(control.rest({"reference": ca.DM(reference[0])}, ca.DM(0)))).ravel()
+        y = np.empty(len(reference))
         for i, r in enumerate(reference):
             y[i] = self._state + self._cubic * self._state**3
             signals = [r, y[i] + self._noise[i]]
-            self._state = self._pole * self._state + (1 - self._pole) * self._gain * float(output(w, signals)[0])
+            self._state = self._pole * self._state + (1 - self._pole) * self._gain * float(output(w, signals))
             w = np.array(advance(w, signals)).ravel()
         return y
 
 
-def functions(plan):
-    """Output and advance of a plan, with its numbers."""
-    w, s, q = ca.SX.sym("w", plan.states), ca.SX.sym("s", len(plan.inputs)), ca.SX(ca.DM(plan.numbers))
-    output = ca.Function("output", [w, s], [*plan.output(w, s, q)])
-    return output, ca.Function("after", [w, s], [plan.advance(w, s, q)])
+def functions(control):
+    """Its reference and its state after a sample of (r, y), with its numbers."""
+    w, s, q = ca.SX.sym("w", len(control.names)), ca.SX.sym("s", 2), ca.SX(ca.DM(control.numbers))
+    named = {"reference": s[0], "position": s[1]}
+    output = ca.Function("output", [w, s], [control.passed(w, named, q).signals["reference"]])
+    return output, ca.Function("after", [w, s], [control.after(w, named, ca.SX(0), q)])
 
 
 def shells(law):
@@ -233,7 +234,7 @@ def test_it_leaves_the_margins_alone_in_one_loop_and_in_lanes(setup):
     for settle in (0.05, 0.0):
         spec = LOOP + replace(law.compensators[-1], design=replace(law.compensators[-1].design, settle=settle))
         built = spec.build(PERIOD)
-        assert any(isinstance(shell, PlanShell) for shell in shells(built.graph_law()))
+        assert any(isinstance(shell, SineControl) for shell in shells(built.graph_law()))
         views = [lane_laws(each, points) for each in (built, LOOP.build(PERIOD))]
         assert np.abs(np.linalg.eigvals(views[0].a)).max() < 1
         z = np.exp(2j * np.pi * np.array([1.0, 10.0, 100.0]) * PERIOD)

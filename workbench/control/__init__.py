@@ -8,7 +8,6 @@ law                    the one form of a law: two graphs, a start, numbers; and 
 shell, shells          what stands around a law, as graphs: filters, maps, plans, sines, load cells
 measured_stiffness     force loops scaled by the stiffness that they measure
 nominal_jack, mode_meter, mode_law    mass, oil and velocity gain measured as a loop moves; a law scheduled by them
-plan                   what a reference goes through that is no filter
 reference_plan         a motion planned of a reference, with the command for its flow
 automatic_tuning       gains by rules from small moves, without a model
 sine_control           amplitude, phase and harmonics of sines corrected as measured

@@ -8,15 +8,12 @@ from .law import LawController
 from .piecewise_linear import CommandMap
 from .protocol import Controller, graph_law
 from .shell import Around, Shell, around
-from .shells import FilterShell, MapShell, PlanShell
+from .shells import FilterShell, MapShell
 
 if TYPE_CHECKING:
     import control
 
-    from .plan import Plan
-
-
-Into = Literal["command", "reference", "map", "plan", "graph", "dither"]
+Into = Literal["command", "reference", "map", "graph", "dither"]
 
 
 class Compensator(Protocol):
@@ -46,17 +43,6 @@ class MapsCommand(Protocol):
         ...
 
 
-class PlansReference(Protocol):
-    """A plan of a controller's reference, with a command of its own: `into` is "plan"."""
-
-    into: ClassVar[Into]
-
-    @property
-    def plan(self) -> "Plan":
-        """The plan, at the loop's period."""
-        ...
-
-
 class Surrounds(Protocol):
     """Graphs of its own around a law: `into` is "graph" or "dither"."""
 
@@ -68,7 +54,7 @@ class Surrounds(Protocol):
         ...
 
 
-AnyCompensator = Compensator | MapsCommand | PlansReference | Surrounds
+AnyCompensator = Compensator | MapsCommand | Surrounds
 
 
 def shell_of(compensator: AnyCompensator) -> Shell:
@@ -76,8 +62,6 @@ def shell_of(compensator: AnyCompensator) -> Shell:
     own = cast(Any, compensator)
     if compensator.into == "map":
         return MapShell(own.command_map)
-    if compensator.into == "plan":
-        return PlanShell(own.plan)
     if compensator.into in ("graph", "dither"):
         return own.shell
     return FilterShell(as_state_space(own.law), compensator.into == "reference", getattr(own, "schedule", None))

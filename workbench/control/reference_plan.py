@@ -8,14 +8,14 @@ v', a', j' are the slopes of the smoothed motion, t and w what lags between comm
 the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its columns, h; a damping is scheduled alike.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.errors import InputError
-from .plan import Plan
+from .shell import Passed, Shell, Signals
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -43,8 +43,8 @@ class FlowNumbers:
     middle: float = 0.0
 
 
-@dataclass(frozen=True)
-class ReferencePlan(Plan):
+@dataclass(eq=False)
+class ReferencePlan(Shell):
     """A motion within `speed` [m/s] and `acceleration` [m/s^2], averaged over `smoothing` [s], the command ahead of it
     by `lead` [s], at a `period` [s]. Raises InputError for more smoothing and lead than are kept."""
 
@@ -58,26 +58,27 @@ class ReferencePlan(Plan):
     def __post_init__(self) -> None:
         if self.smoothing + self.lead > (longest := (PAST - 5) * self.period):
             raise InputError(f"smoothing and lead: {1e3 * longest:g} ms together at most; take less")
+        self.numbers = self._numbers()
+
+    leads = True
+    names = tuple(
+        f"plan_{i}" for i in range(PAST + 2)
+    )  # the motion's positions, newest first, its speed, the high pass
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """The signals that it sees."""
-        measured = {"supply": self.flow.measured, "position": self.flow.column}
-        return ("reference", *(name for name, needed in measured.items() if needed))
+    def key(self) -> Hashable:
+        return "plan", bool(self.flow.measured), bool(self.flow.column)
 
-    @property
-    def states(self) -> int:
-        """How many: the motion's positions, newest first, its speed, and that of the high pass."""
-        return PAST + 2
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        needed = {"supply": self.flow.measured, "position": self.flow.column}
+        return tuple(dict.fromkeys((*inner, *(name for name in needed if needed[name]))))
 
-    def rest(self, reference: "ca.SX") -> "ca.SX":
-        """The state at rest [n]."""
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
         import casadi as ca
 
-        return ca.vertcat(*[reference] * PAST, 0, 0)
+        return ca.vertcat(*[s["reference"]] * PAST, 0, 0)
 
-    @cached_property
-    def numbers(self) -> np.ndarray:
+    def _numbers(self) -> np.ndarray:
         """Weights of the kept positions for the reference, and for its three slopes; limits and the flow's numbers."""
         ahead = _averaged(self.smoothing / self.period, 0.0)
         slopes = [ahead]
@@ -96,37 +97,37 @@ class ReferencePlan(Plan):
             (reference, moving, springing, flow.inertia * slopes[2], lagging, limits, high_pass, pressures, stroke)
         )
 
-    def output(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
         """The planned reference, and the command for its flow."""
         import casadi as ca
 
         base, line = w[0], w[:PAST] - w[0]
         reference, moving, springing, pressure = (ca.dot(q[i * PAST : (i + 1) * PAST], line) for i in range(4))
         drop, drain, measured, column, middle = ca.vertsplit(q[-5:])
-        seen = dict(zip(self.inputs, ca.vertsplit(signals), strict=True))
-        supplied = measured * (seen["supply"] - drain - drop) if "supply" in seen else 0.0
-        share = (seen["position"] - middle) * column if "position" in seen else 0.0
-        flow = moving + ca.fmax(1 - share**2, 0) * (self._passed(w, q) + springing)
+        supplied = measured * (s["supply"] - drain - drop) if self.flow.measured else 0.0
+        share = (s["position"] - middle) * column if self.flow.column else 0.0
+        flow = moving + ca.fmax(1 - share**2, 0) * (self._lag(w, q) + springing)
         left = ca.fmax(drop + supplied - ca.sign(flow) * pressure, _FLOW_LEFT * drop)
-        return base + reference, flow * ca.sqrt(drop / left)
+        added = flow * ca.sqrt(drop / left)
+        return Passed({"reference": base + reference}, lambda u: u + added, lambda v: v - added)
 
-    def advance(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> "ca.SX":
-        """The state after a sample of the reference: time-optimal in discrete time (Han, From PID to active disturbance
-        rejection control, IEEE Trans. Industrial Electronics 56(3), 2009)."""
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
+        """Time-optimal in discrete time (Han, From PID to active disturbance rejection control, IEEE Trans. Industrial
+        Electronics 56(3), 2009)."""
         import casadi as ca
 
-        speed, acceleration, period = (q[5 * PAST + i] for i in range(3))
-        position, v = w[0], w[PAST]
+        most, acceleration, period = (q[5 * PAST + i] for i in range(3))
+        position, speed = w[0], w[PAST]
         move = acceleration * period**2
-        off = position - signals[0] + period * v
-        far = period * v + ca.sign(off) * (ca.sqrt(move * (move + 8 * ca.fabs(off))) - move) / 2
-        toward = ca.if_else(ca.fabs(off) <= move, period * v + off, far)
-        after = v - acceleration * period * ca.fmin(ca.fmax(toward / move, -1), 1)
-        after = ca.fmin(ca.fmax(after, -speed), speed)
-        passed = q[5 * PAST + 4] * self._passed(w, q) - self._lagging(w, q)
-        return ca.vertcat(position + period * v, w[: PAST - 1], after, passed)
+        off = position - s["reference"] + period * speed
+        far = period * speed + ca.sign(off) * (ca.sqrt(move * (move + 8 * ca.fabs(off))) - move) / 2
+        toward = ca.if_else(ca.fabs(off) <= move, period * speed + off, far)
+        after = speed - acceleration * period * ca.fmin(ca.fmax(toward / move, -1), 1)
+        after = ca.fmin(ca.fmax(after, -most), most)
+        lagged = q[5 * PAST + 4] * self._lag(w, q) - self._lagging(w, q)
+        return ca.vertcat(position + period * speed, w[: PAST - 1], after, lagged)
 
-    def _passed(self, w: "ca.SX", q: "ca.SX") -> "ca.SX":
+    def _lag(self, w: "ca.SX", q: "ca.SX") -> "ca.SX":
         """What the lag takes of the command, above the corner: by Tustin's rule, as filters of controllers are."""
         return self._lagging(w, q) + w[PAST + 1]
 

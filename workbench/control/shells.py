@@ -1,4 +1,4 @@
-"""The shells that are shipped: filters, maps, sines, a load cell in the place of a position, plans."""
+"""The shells that are shipped: filters, maps, sines, a load cell in the place of a position."""
 
 from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
@@ -156,35 +156,3 @@ class LoadCellShell(Shell):
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
         return Passed({"position": s["force"] * q[0]})
-
-
-class PlanShell(Shell):
-    """A plan of the inner law's reference, with a command of its own for it: see plan.Plan."""
-
-    leads = True
-
-    def __init__(self, plan: "Any") -> None:
-        self.plan, self.numbers = plan, plan.numbers
-        self.names = tuple(f"plan_{i}" for i in range(plan.states))
-
-    @property
-    def key(self) -> Hashable:
-        return "plan", self.plan.key
-
-    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*inner, *self.plan.inputs[1:])))
-
-    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
-        return self.plan.rest(s["reference"])
-
-    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
-        planned, added = self.plan.output(w, self._heard(s), q)
-        return Passed({"reference": planned}, lambda u: u + added, lambda v: v - added)
-
-    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
-        return self.plan.advance(w, self._heard(s), q)
-
-    def _heard(self, s: Signals) -> "ca.SX":
-        import casadi as ca
-
-        return ca.vertcat(*(s[name] for name in self.plan.inputs))

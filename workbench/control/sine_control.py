@@ -17,6 +17,7 @@ algorithms for the rejection of sinusoidal disturbances acting on unknown plants
 Automatic Control 39(9), 1994).
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -26,7 +27,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..linear.state_space import StateSpace, transfer_function, tustin
-from .plan import Plan
+from .shell import Passed, Shell, Signals
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -41,8 +42,8 @@ _ALIASED = 0.4  # of the control rate: higher harmonics are not measured
 _COARSE = 0.03  # error of the sine above which its harmonics wait
 
 
-@dataclass(frozen=True)
-class SineControl(Plan):
+@dataclass(eq=False)
+class SineControl(Shell):
     """Of sines of a `frequency` [Hz] by a loop whose `responses` are complex there, and at 3, 5 .. times it.
 
     settle, measure: s of a block; `noise`: standard deviation of the position sensor [m]; at a `period` [s]. Raises
@@ -60,11 +61,18 @@ class SineControl(Plan):
         highest = self.frequency * (2 * len(self.responses) - 1)
         if highest * self.period >= 0.5:
             raise InputError(f"frequency: {highest:g} Hz with its harmonics is above half the control rate; lower it")
+        # two of the band-pass, the sample in the block, sums of reference and position, and what is learned
+        self.names = tuple(f"plan_{i}" for i in range(6 + 2 * self._sums + 8 * (len(self.orders) - 1)))
+        self.numbers = self._numbers()
+
+    leads = True
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """The reference and the position."""
-        return "reference", "position"
+    def key(self) -> Hashable:
+        return "sine control", len(self.names), len(self.numbers)
+
+    def measures(self, inner: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*inner, "position")))
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -88,11 +96,6 @@ class SineControl(Plan):
         """How many sums a signal is measured by: level, drift, and two an order."""
         return 2 + 2 * len(self._measured_orders)
 
-    @property
-    def states(self) -> int:
-        """Two of the band-pass, the sample in the block, sums of reference and position, and what is learned."""
-        return 6 + 2 * self._sums + 8 * (len(self.orders) - 1)
-
     @cached_property
     def _band(self) -> StateSpace:
         """From the reference to Re z, and to -Im z, which leads it by a quarter: exact at the frequency."""
@@ -104,18 +107,17 @@ class SineControl(Plan):
         )
         return StateSpace(a, b, np.vstack((c, lead)), np.vstack((d, direct)), self.period, ["reference"], ["p", "q"])
 
-    def rest(self, reference: "ca.SX") -> "ca.SX":
-        """The state at rest [n]: nothing measured, G by the loop's response."""
+    def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
+        """Nothing measured, G by the loop's response."""
         import casadi as ca
 
         band, start = self._band, 1 / self.responses[0]
-        x = ca.DM(np.linalg.solve(np.eye(2) - band.A, band.B[:, 0])) * reference
+        x = ca.DM(np.linalg.solve(np.eye(2) - band.A, band.B[:, 0])) * s["reference"]
         learned = [(0, 0, 0, 0, 0, 0, inverse.real, inverse.imag) for inverse in 1 / np.array(self.responses[1:])]
         known = np.concatenate((np.zeros(1 + 2 * self._sums), (start.real, start.imag, 0.0), *learned))
         return ca.vertcat(x, ca.DM(known))
 
-    @cached_property
-    def numbers(self) -> np.ndarray:
+    def _numbers(self) -> np.ndarray:
         """The band-pass; turn a sample, samples, noise, largest |G|; the inverse of the sums' squares."""
         settling, measured = self._samples
         n = settling + np.arange(measured)
@@ -135,35 +137,35 @@ class SineControl(Plan):
         sizes = [4, 2, 4, 2, 5, self._sums**2]
         return [q[first:last] for first, last in pairwise(np.cumsum([0, *sizes]).tolist())]
 
-    def output(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
-        """The loop's reference; nothing is added to its command."""
+    def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
+        """The loop's reference."""
         import casadi as ca
 
         _, _, c, d, *_ = self._split(q)
-        split = ca.reshape(c, 2, 2).T @ w[:2] + d * signals[0]
+        split = ca.reshape(c, 2, 2).T @ w[:2] + d * s["reference"]
         z, learned = _conjugate(split), w[3 + 2 * self._sums :]
         direction = _times(z, z) / (ca.sumsqr(z) + _FAINT**2)
-        reference = signals[0] - z[0]
+        reference = s["reference"] - z[0]
         for part in (learned[:2], *(part[:2] for part in self._by_order(learned))):
             reference += _times(part, z)[0]
             z = _times(z, direction)
-        return reference, ca.SX(0)
+        return Passed({"reference": reference})
 
-    def advance(self, w: "ca.SX", signals: "ca.SX", q: "ca.SX") -> "ca.SX":
-        """The state after a sample."""
+    def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
         import casadi as ca
 
         a, b, _, _, block, *_ = self._split(q)
         turn, settling, measured, *_ = ca.vertsplit(block)
-        n, size = w[2], self._sums
+        n, size, signals = w[2], self._sums, (s["reference"], s["position"])
         basis = ca.vertcat(*self._basis(ca, n, turn, settling, measured))
         sums = [
-            ca.if_else(n < settling, 0, w[3 + i * size : 3 + (i + 1) * size] + basis * signals[i]) for i in range(2)
+            ca.if_else(n < settling, 0, w[3 + i * size : 3 + (i + 1) * size] + basis * signal)
+            for i, signal in enumerate(signals)
         ]
         over, learned = n >= settling + measured - 1, w[3 + 2 * size :]
         counted = ca.if_else(over, 0, ca.floor(n) + 1)
         after = ca.if_else(over, self._learned(learned, sums, q), learned)
-        return ca.vertcat(ca.reshape(a, 2, 2).T @ w[:2] + b * signals[0], counted, *sums, after)
+        return ca.vertcat(ca.reshape(a, 2, 2).T @ w[:2] + b * s["reference"], counted, *sums, after)
 
     def _by_order(self, learned: "ca.SX") -> list["ca.SX"]:
         """What was learned of each harmonic: c, its last change, what was left of the harmonic before, 1/T^."""
