@@ -4,13 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.control.crone.crossover import gain_for, order_for
-from workbench.control.crone.design_plant import DesignPlant
+from workbench.control.crone.crossover import DesignPlant, gain_for, order_for
 from workbench.control.crone.oustaloup import band
 from workbench.control.jack_model import JackModel
 from workbench.control.protocol import design_numbers, number
-from workbench.control.second_order_sections import Factors, integral, tustin
-from workbench.control.section_controller import SectionController
+from workbench.control.second_order_sections import Factors, SectionController, integral, tustin
 
 CELLS = 5
 

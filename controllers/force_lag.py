@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from workbench.control.discrete_filter import weighted
+from workbench.control.compensators import weighted
 from workbench.control.protocol import design_numbers, number
 
 

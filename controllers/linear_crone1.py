@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from workbench.control.linear_model import LinearModel
 from workbench.control.protocol import design_numbers
-from workbench.control.section_controller import SectionController
+from workbench.control.second_order_sections import SectionController
 from workbench.rigs.linear_rig import LinearRig
 
 from .crone1 import ConstantPhase, constant_phase

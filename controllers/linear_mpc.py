@@ -6,10 +6,9 @@ import numpy as np
 
 from workbench.control.law import LawController
 from workbench.control.linear_observer import LinearObserver, ObservedPlant
-from workbench.control.mpc_qp import Limits, build_horizon
+from workbench.control.mpc_qp import Braking, Limits, ReferenceGovernor, build_horizon
 from workbench.control.planned_law import PlannedLaw, planned_law
 from workbench.control.protocol import design_numbers, number
-from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.rigs.linear_rig import LinearRig
 
 from .lqg import lq_gain

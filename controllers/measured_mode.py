@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
+from workbench.control.jack_model import NominalJack
 from workbench.control.law import LawController
-from workbench.control.nominal_jack import NominalJack
 from workbench.control.protocol import design_numbers, number
 
 if TYPE_CHECKING:
@@ -56,8 +56,7 @@ class OnMeasuredMode(LawController):
     measures: ClassVar[tuple[str, ...]] = ("position", "pa", "pb")
 
     def __init__(self, design: Design, period: float) -> None:
-        from workbench.control.mode_law import mode_law
-        from workbench.control.mode_meter import ModeMeter
+        from workbench.control.mode_law import ModeMeter, mode_law
 
         self._meter = ModeMeter(design, period)
         super().__init__(mode_law(self._meter, schedule_of(design), design.column))

@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from workbench.control.discrete_filter import weighted
+from workbench.control.compensators import weighted
 from workbench.control.protocol import design_numbers, number
 
 

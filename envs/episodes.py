@@ -1,8 +1,10 @@
-"""The episodes of N loops side by side, whatever is asked of them: when they begin, go on and end."""
+"""The episodes of N loops side by side, whatever is asked of them: when they begin, go on and end, and what a step
+gives.
+"""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import TypeVar
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -11,7 +13,36 @@ from workbench.loop.sampled_loop import SIMULATION_FAILED
 from workbench.rigs.rig import Rig
 
 from .loops import LaneLoops
-from .stepped import Present, Stepped
+
+
+class Stepped(NamedTuple):
+    """What a step of N lanes gave; every array is new.
+
+    `error` [N] is the true one in m or N, `command` [N] the realised one, both [N, 6] of a platform; `more`: further
+    numbers [N] for infos.
+    """
+
+    observation: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    error: np.ndarray
+    command: np.ndarray
+    more: Mapping[str, np.ndarray] = {}
+
+    @property
+    def infos(self) -> dict[str, np.ndarray]:
+        """By name, [N]."""
+        return {"error": self.error, "command": self.command, **self.more}
+
+
+class Present(NamedTuple):
+    """How the first lane is now, true: reference and controlled signal [m or N], position [m], command [1]."""
+
+    reference: float
+    controlled: float
+    position: float
+    command: float
 
 
 class LaneEpisodes(ABC):

@@ -9,8 +9,7 @@ from gymnasium.vector import AutoresetMode
 from workbench.rigs.platform import LEGS, load_platform
 
 from .hexapod_core import BOUND, CHANNELS, HexapodCore
-from .one_lane import OneLane
-from .spaces import refuse_render_mode
+from .one_lane import OneLane, refuse_render_mode
 from .vector import Lanes, autoreset, checked_lanes
 
 

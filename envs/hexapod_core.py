@@ -8,15 +8,13 @@ import numpy as np
 from workbench.control.platform_law import direct_law
 from workbench.loop.compiled_loop import CompiledLaw
 from workbench.loop.platform import PlatformSetup, platform_setup
-from workbench.loop.platform.compiled import CompiledPlatform
-from workbench.loop.platform.legs import LegSensors
+from workbench.loop.platform.compiled import CompiledPlatform, LegSensors
 from workbench.loop.sampled_loop import SIMULATION_FAILED
 from workbench.plant.platform import TWIST
 from workbench.rigs.platform import AXES, LEGS, Platform, leg_speeds
 
-from .episodes import LaneEpisodes
+from .episodes import LaneEpisodes, Stepped
 from .loops import LaneLoops
-from .stepped import Stepped
 
 BOUND = 2.0  # of a full scale
 CHANNELS = 5 * LEGS

@@ -8,7 +8,7 @@ from workbench.report import Curve, Figure, Panel
 from workbench.report.still import pixels
 from workbench.rigs.rig import Rig
 
-from .stepped import Present
+from .episodes import Present
 
 _HEIGHT = 120
 _STEEL, _BODY, _OIL = (90, 98, 110), (178, 186, 198), (222, 232, 244)

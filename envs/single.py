@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from .core import Core
-from .one_lane import OneJack
-from .spaces import observation_space
+from .one_lane import OneJack, observation_space
 from .task import load_task
 
 

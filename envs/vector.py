@@ -14,9 +14,8 @@ from gymnasium.vector.utils import batch_space
 from workbench.base.errors import InputError
 
 from .core import Core
-from .episodes import EpisodesT
-from .spaces import action_space, checked_action, observation_space, refuse_options, refuse_render_mode
-from .stepped import Stepped
+from .episodes import EpisodesT, Stepped
+from .one_lane import action_space, checked_action, observation_space, refuse_options, refuse_render_mode
 from .task import load_task
 
 _NEXT_STEP = AutoresetMode.NEXT_STEP

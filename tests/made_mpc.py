@@ -9,8 +9,8 @@ import numpy as np
 from controllers.mpc import Mpc
 from workbench.commands.run.config import load_config
 from workbench.control.law import LawController
+from workbench.control.mpc_qp import Braking, ReferenceGovernor
 from workbench.control.planned_law import planned_law
-from workbench.control.reference_governor import Braking, ReferenceGovernor
 from workbench.control.shell import around
 
 PERIOD = 1e-3

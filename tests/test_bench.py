@@ -17,15 +17,14 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.control.protocol import graph_law
 from workbench.linear.frequency_response import first_harmonic
-from workbench.loop.choice import choice
 from workbench.loop.envelope import envelope, steps
+from workbench.loop.envelope_row import choice
 from workbench.loop.hard_goals import linear_goals, motion_goals
 from workbench.loop.limit import settling_limit
-from workbench.loop.limits import Limits
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.loop.scenarios import SCENARIOS
+from workbench.loop.scenarios import SCENARIOS, Limits
 from workbench.loop.stiffness_and_noise import command_noise, dynamic_stiffness
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

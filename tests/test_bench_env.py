@@ -12,11 +12,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from test_vector_env import same_infos
 
 from envs.bench.baselines import controller_episodes, policy_episodes
-from envs.bench.core import BenchCore
+from envs.bench.core import TRIP, BenchCore, silent_policy
 from envs.bench.environments import JackBench, JackBenchVector
 from envs.bench.export import save_policy, trained_policy
-from envs.bench.past import silent_policy
-from envs.bench.score import TRIP
 from envs.bench.task import load_bench_task
 from workbench.base.errors import InputError
 from workbench.commands.common.step_experiment import load_steps

@@ -17,10 +17,18 @@ from workbench.loop.capability import capability, stall_force
 from workbench.loop.drive_simulation import drive
 from workbench.loop.performance.bounds import Drive, envelope, weakest
 from workbench.loop.performance.carried import carried_along, carried_by_jack, inertia
-from workbench.loop.performance.drive import accumulator, demands, lacking
+from workbench.loop.performance.drive import (
+    CataloguePump,
+    CatalogueValve,
+    accumulator,
+    demands,
+    lacking,
+    pump_choices,
+    smallest,
+    valve_choices,
+)
 from workbench.loop.performance.followed import followed
 from workbench.loop.performance.reached import reached
-from workbench.loop.performance.sizing import CataloguePump, CatalogueValve, pump_choices, smallest, valve_choices
 from workbench.loop.platform.reached import reached_along
 from workbench.loop.platform.setup import platform_setup
 from workbench.loop.platform.sines import followed_along

@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from controllers import P, PressureFeedback
 from workbench.base.errors import InputError
-from workbench.loop.conditions import Conditions
+from workbench.loop.rig_variations import Conditions
 from workbench.rigs.rig import COMPUTING_DELAY
 from workbench.rigs.rig_file import load_rig, rig_text, save_rig
 

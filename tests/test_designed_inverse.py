@@ -13,8 +13,7 @@ from workbench.control.controller_type import controller
 from workbench.control.protocol import linear_view
 from workbench.linear.interconnect import feedback, select
 from workbench.linear.state_space import StateSpace, state_space, transfer_function, tustin
-from workbench.loop.designed_inverse import designed_inverse
-from workbench.loop.outer_loop import outer_loop
+from workbench.loop.designed_inverse import designed_inverse, outer_loop
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.sampled_loop import SampledLoop

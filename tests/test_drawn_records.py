@@ -10,9 +10,8 @@ from made_experiments import P_DP
 
 from workbench.cli import main
 from workbench.commands.learn.config import load_learning
-from workbench.loop.lane_learning import learn_lanes
-from workbench.loop.learning import STOPS, learn, learning_filter, record_frequencies
-from workbench.loop.repeated_lanes import PlayedLanes
+from workbench.loop.learning import STOPS, learn, learn_lanes, learning_filter, record_frequencies
+from workbench.loop.repeated_record import PlayedLanes
 from workbench.loop.rows import linear_loops
 
 PERIOD, SAMPLES = 1e-3, 2000

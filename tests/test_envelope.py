@@ -12,14 +12,12 @@ from workbench.engine import Engine
 from workbench.linear import Equilibrium
 from workbench.loop import step_metrics
 from workbench.loop.envelope import LinearWorst, command_noise, envelope, steps
-from workbench.loop.hard_goals import linear_goals, motion_goals
-from workbench.loop.hardest import hardest
-from workbench.loop.limits import Limits
+from workbench.loop.hard_goals import hardest, linear_goals, motion_goals
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.rows import MOVING, loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.loop.scenarios import SCENARIOS
+from workbench.loop.scenarios import SCENARIOS, Limits
 from workbench.plant import build
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse

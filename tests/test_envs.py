@@ -18,11 +18,11 @@ from made_tasks import TASKS, make, write_task
 from test_bench_env import small
 
 import envs
+from envs import IDS
 from envs.bench.environments import JackBenchVector
 from envs.core import Core
 from envs.hexapod import Hexapod, HexapodVector
 from envs.references import Range
-from envs.registration import IDS
 from envs.single import JackForce, JackPosition
 from envs.task import bundled, load_task
 from envs.vector import JackForceVector, JackPositionVector

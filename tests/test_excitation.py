@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from workbench.base.errors import InputError
 from workbench.commands.excite.study import excite
 from workbench.loop.drive_simulation import drive, play, trouble, within_limits
-from workbench.loop.excitation_design import Design, designed
+from workbench.loop.standard_records import Design, designed
 from workbench.records.excitation import (
     SIMPLE,
     chirp,

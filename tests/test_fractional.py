@@ -11,11 +11,11 @@ from workbench.control.second_order_sections import (
     Factors,
     integral,
     pair,
+    section_law,
     sections_response,
     sections_system,
     tustin,
 )
-from workbench.control.section_controller import section_law
 from workbench.linear.state_space import sampled_response
 
 PERIOD = 1e-3

@@ -10,8 +10,7 @@ from hypothesis import assume, given, settings, strategies as st
 
 from workbench.control.fractional import FractionalPolynomial, FractionalTransferFunction
 from workbench.control.fractional.polynomial import order_of
-from workbench.control.fractional.stability import roots_in_powers_of
-from workbench.control.fractional.winding import roots_in_sector
+from workbench.control.fractional.stability import roots_in_powers_of, roots_in_sector
 
 
 def test_the_published_roots_and_angles():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from workbench.loop.guard import Guard
+from workbench.loop.guarded_controller import Guard
 from workbench.rigs.rig_file import bundled, load_rig
 
 PERIOD = 1e-3

@@ -16,8 +16,8 @@ from workbench.linear import equilibrium
 from workbench.linear.equilibria import equilibria
 from workbench.loop.batch import play_lanes
 from workbench.loop.faults import FAULTS, Fault, FaultyLoop
-from workbench.loop.guard import Guard
 from workbench.loop.guard_numbers import guard_numbers, guard_shape
+from workbench.loop.guarded_controller import Guard
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build

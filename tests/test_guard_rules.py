@@ -11,7 +11,7 @@ from workbench.commands.run.config import load_config
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.faults import FAULTS, FaultyLoop
-from workbench.loop.guard import Guard
+from workbench.loop.guarded_controller import Guard
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build

@@ -16,7 +16,7 @@ from controllers.shaping import Shaping
 from workbench.commands.common.step_experiment import load_steps
 from workbench.control.compensators import compensated
 from workbench.control.kalman_observer import JackObserver
-from workbench.control.reference_governor import Braking, ReferenceGovernor
+from workbench.control.mpc_qp import Braking, ReferenceGovernor
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.margins import linear_loop

@@ -22,8 +22,7 @@ from workbench.engine.guard_steps import GuardSteps
 from workbench.engine.instant import controller_instant
 from workbench.loop.guard_numbers import guard_numbers, guard_shape, left_to_brake
 from workbench.loop.platform import platform_setup, run_platform
-from workbench.loop.platform.compiled import CompiledPlatform, coupling_numbers
-from workbench.loop.platform.legs import LegSensors
+from workbench.loop.platform.compiled import CompiledPlatform, LegSensors, coupling_numbers
 from workbench.rigs.platform import AXES, leg_speeds
 from workbench.rigs.rig_file import load_rig
 

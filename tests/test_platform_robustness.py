@@ -12,9 +12,8 @@ from workbench.commands.common.experiment import read_experiment
 from workbench.commands.common.shipped import experiment
 from workbench.commands.robustness.platform_config import platform_robustness
 from workbench.commands.robustness.platform_study import run_platform_robustness
-from workbench.loop.platform.drawn import drawn_platform
 from workbench.loop.platform.loop import run_platform
-from workbench.loop.platform.robustness import linear_columns, step_columns
+from workbench.loop.platform.robustness import drawn_platform, linear_columns, step_columns
 from workbench.loop.platform.setup import platform_setup
 from workbench.loop.platform.transfer import platform_transfer
 from workbench.rigs.platform import AXES

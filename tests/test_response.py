@@ -20,6 +20,7 @@ from workbench.linear.frequency_response import (
     stepped_sines,
 )
 from workbench.loop.describing_function import (
+    SinePoint,
     closed_loop_sine,
     closed_loop_sweep,
     sampled_frequencies,
@@ -28,7 +29,6 @@ from workbench.loop.describing_function import (
 from workbench.loop.margins import closed_poles, linear_loop
 from workbench.loop.sampled_lanes import sampled_lane
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.loop.sine_points import SinePoint
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
 from workbench.rigs.rig_file import load_rig

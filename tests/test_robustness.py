@@ -20,9 +20,8 @@ from workbench.loop.lane_laws import lane_laws
 from workbench.loop.margins import LaneMargins, LoopLanes, linear_loop
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.robustness import workers
-from workbench.loop.robustness.drawn_plants import plants_by_block
+from workbench.loop.robustness.drawn_plants import drawn, plants_by_block
 from workbench.loop.robustness.linear_loops import linear_loops, places
-from workbench.loop.robustness.plant_draw import drawn
 from workbench.loop.rows import MOVING
 from workbench.loop.sampled_lanes import sampled_lanes
 from workbench.loop.step_metrics import hunting_lanes

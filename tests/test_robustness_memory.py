@@ -10,8 +10,7 @@ import pytest
 from workbench.base.kept_columns import KeptColumns
 from workbench.commands.common.run_folder import open_run
 from workbench.commands.robustness.config import load_robustness
-from workbench.loop.robustness.kept import Kept
-from workbench.loop.robustness.row import kept_row
+from workbench.loop.robustness.row import Kept, kept_row
 from workbench.loop.robustness.workers import linear_stage, steps_stage
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

@@ -25,7 +25,7 @@ from workbench.link.course import play_course
 from workbench.link.hello import Channel, CommandRange, Hello
 from workbench.link.joined import joined
 from workbench.link.wire_loop import WireLoop, stands
-from workbench.loop.guard import Guard
+from workbench.loop.guarded_controller import Guard
 from workbench.rigs.limited import BY_DEFAULT, HELLO, Limit, limits_of, whose
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig, rig_text

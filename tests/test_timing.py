@@ -14,9 +14,9 @@ from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
-from workbench.loop.compute_time import summary
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import linear_loops, loop_setup
+from workbench.loop.run_numbers import summary
 from workbench.plant import build
 from workbench.rigs.rig import EffectUse
 

@@ -16,7 +16,7 @@ from workbench.commands.train.config import load_train
 from workbench.commands.train.unseen import unseen_rows
 from workbench.control.network_file import read_network
 from workbench.loop import envelope
-from workbench.loop.hardest import largest_ms
+from workbench.loop.hard_goals import largest_ms
 from workbench.loop.tuning.goals import tuning_envelope
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

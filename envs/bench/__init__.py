@@ -2,9 +2,7 @@
 
 environments     the single and the vector environment, documented as Gymnasium does
 task             law, plants, scenarios, weights and goals of a train experiment
-core             its episodes in N lanes of the law's compiled loop
-past             what a policy is shown: the error, and samples of the past
-score            settling, overshoot and IAE, charged while they grow
+core             its episodes in N lanes of the law's compiled loop: what a policy is shown, what it is charged
 baselines        episodes under other controllers and policies
 export           an actor of Stable-Baselines3 as policy.npz, with the experiment that runs it
 """

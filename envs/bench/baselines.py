@@ -9,8 +9,8 @@ from workbench.control.controller_spec import ControllerSpec
 from workbench.loop.batch import Lanes, play_lanes
 from workbench.loop.scenarios import Scenario
 
+from .core import TRIP, LaneScores
 from .environments import JackBenchVector
-from .score import TRIP, LaneScores
 from .task import BenchTask
 
 

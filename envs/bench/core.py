@@ -1,18 +1,127 @@
-"""Closed loops of N lanes, the law, guard, drive and sensors compiled; what a policy decides is added to the law's."""
+"""Closed loops of N lanes, the law, guard, drive and sensors compiled; what a policy decides is added to the law's.
 
+A policy is shown the error, and how far the measured signals have moved since its last decisions. A step or a load
+costs while it goes on: increments that add up to the numbers of a bench.
+"""
+
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 
+from workbench.control.network import Network
 from workbench.loop.compiled_loop import CompiledLaw
-from workbench.loop.sensors import Sensors
+from workbench.loop.scenarios import Scenario
+from workbench.loop.sensors import Sensors, settling_band
+from workbench.loop.step_metrics import LAST
+from workbench.rigs.rig import Rig
 
-from ..episodes import JackEpisodes
+from ..episodes import JackEpisodes, Present, Stepped
 from ..loops import LaneLoops, of_jacks
-from ..stepped import Present, Stepped
-from .past import LanePasts
-from .score import TRIP, LaneScores
 from .task import BenchTask
+
+BOUND = 10.0  # of full scale: what is beyond is cut
+TRIP = 100.0  # more than never to settle costs
+
+
+def silent_policy(error: float, pressure: float, past: int, limit: float, decision: float) -> Network:
+    """A policy that adds nothing, with the inputs of one that does: [e/error, (y - y_j)/error, (p - p_j)/pressure],
+    e the reference less the position y, p = pa - pb, y_j and p_j those of j = 1 .. `past` decisions ago.
+
+    error [m] and pressure [Pa] are full scales; `limit` [1] of what is added to a command, held for `decision` [s].
+    """
+    moved = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]) / [[error], [pressure]]
+    register = np.eye(past, k=-1)
+    first = np.eye(past, 1)
+    return Network(
+        signals=("position", "pa", "pb"),
+        A=np.kron(np.eye(2), register),
+        B=np.pad(np.kron(moved, first), ((0, 0), (0, 1))),
+        C=np.vstack((np.zeros(2 * past), -np.eye(2 * past))),
+        D=np.vstack((np.array([1.0, -1.0, 0.0, 0.0]) / error, np.repeat(moved, past, axis=0))),
+        shift=np.zeros(1 + 2 * past),
+        bound=BOUND,
+        layers=((np.zeros((1, 1 + 2 * past)), np.zeros(1)),),
+        squash="clip",
+        limit=limit,
+        decision=decision,
+    )
+
+
+class LanePasts:
+    """The pasts [lanes, n] of a policy on many plants at once, s = (r, y) [.., 1 + m] being SI."""
+
+    def __init__(self, policy: Network, lanes: int) -> None:
+        self._policy, self._x = policy, np.zeros((lanes, len(policy.A)))
+        self._rest = np.linalg.solve(np.eye(len(policy.A)) - policy.A, policy.B)
+
+    def reset(self, rows: np.ndarray, s: np.ndarray, command: np.ndarray) -> None:
+        """Some lanes have been at rest at s [rows, 1 + m], with commands [rows]."""
+        self._x[rows] = _times(np.column_stack((s, command)), self._rest)
+
+    def shown(self, s: np.ndarray) -> np.ndarray:
+        """What the policy is shown at s [lanes, 1 + m], in float32; a number that is none is shown as the bound."""
+        policy = self._policy
+        z = _times(self._x, policy.C) + _times(s, policy.D) + policy.shift
+        return np.fmax(np.fmin(z, policy.bound), -policy.bound).astype(np.float32)
+
+    def advance(self, rows: np.ndarray, s: np.ndarray, command: np.ndarray) -> None:
+        """Some lanes go on by one decision that was made on s [rows, 1 + m], the drive having got commands [rows]."""
+        policy = self._policy
+        self._x[rows] = _times(self._x[rows], policy.A) + _times(np.column_stack((s, command)), policy.B)
+
+
+def _times(lanes: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Products [lanes, k] of a matrix [k, n] and each of the lanes [lanes, n], to the bit whatever their number."""
+    return np.einsum("ln,kn->lk", lanes, matrix)
+
+
+class LaneScores:
+    """Settling [s], overshoot [%] and IAE [s] so far of lanes in scenarios, of the true position, as `tune` has them.
+
+    A lane's rewards add up to -(time outside the band x the weight of settling + overshoot x its weight + IAE x its
+    weight + travel x the weight of robustness), the first two of steps only. The time outside the band is the settling
+    time where the position does not leave it again, else less: an excursion late in a noisy exploration would cost as
+    much as never to arrive. An overshoot is charged for what it is larger than the one before. IAE is over the step's
+    size, or the band where a load comes. The travel is the sum of the magnitudes of the command's changes [1], in which
+    noise and ringing show: no run shows Ms.
+    """
+
+    def __init__(self, rig: Rig, weights: Mapping[str, float], lanes: int) -> None:
+        self._rig, self._period = rig, rig.period.value
+        self._weights = tuple(weights.get(key, 0.0) for key in ("settling", "overshoot", "iae", "robustness"))
+        self.settling, self.overshoot = np.zeros(lanes), np.zeros(lanes)
+        self._start, self._way, self._size = np.zeros(lanes), np.ones(lanes), np.zeros(lanes)
+        self._band, self._scale, self._arrives = np.ones(lanes), np.ones(lanes), np.zeros(lanes)
+
+    def reset(self, row: int, scenario: Scenario, position: float, way: float) -> None:
+        """A lane begins a scenario at a position [m], towards `way`, 1 or -1."""
+        self.settling[row] = self.overshoot[row] = 0.0
+        self._start[row], self._way[row], self._size[row] = position, way, scenario.size
+        self._band[row] = settling_band(self._rig, "position", scenario.size)
+        self._scale[row] = abs(scenario.size) or self._band[row]
+        self._arrives[row] = scenario.arrives or 0.0
+
+    def rewards(self, rows: np.ndarray, t: np.ndarray, position: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Rewards [rows] for positions [rows, k] at times t [rows, k] s, and the command's changes [rows, k]."""
+        beyond = self._way[rows, None] * (position - self._start[rows, None]) - self._size[rows, None]
+        distance, late = np.abs(beyond), t >= self._arrives[rows, None] - self._period / 2
+        outside = late & (distance > self._band[rows, None])
+        since = t + self._period - self._arrives[rows, None]
+        settling = np.maximum(self.settling[rows], np.max(np.where(outside, since, 0.0), axis=1))
+        steps = self._size[rows] > 0
+        size = np.where(steps, self._size[rows], np.inf)
+        overshoot = np.maximum(self.overshoot[rows], 100 * np.max(beyond, axis=1) / size)
+        iae = np.sum(np.where(late, distance, 0.0), axis=1) * self._period / self._scale[rows]
+        away = np.where(steps, np.sum(outside, axis=1) * self._period, 0.0)
+        charged = away, overshoot - self.overshoot[rows], iae, np.abs(changes).sum(axis=1)
+        self.settling[rows], self.overshoot[rows] = settling, overshoot
+        return -np.sum([weight * part for weight, part in zip(self._weights, charged, strict=True)], axis=0)
+
+    def succeeded(self, seconds: float, overshoot: float) -> np.ndarray:
+        """Which lanes [bool] have made their step within so many seconds and at most an overshoot [%]; a load is not
+        asked to be gone by then."""
+        return (self._size == 0) | ((self.settling <= seconds - LAST) & (self.overshoot <= overshoot))
 
 
 def _law(task: BenchTask, sensors: Sensors) -> tuple[CompiledLaw, np.ndarray]:

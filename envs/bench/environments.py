@@ -6,11 +6,9 @@ import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 
-from ..one_lane import OneJack
-from ..spaces import action_space, refuse_render_mode
+from ..one_lane import OneJack, action_space, refuse_render_mode
 from ..vector import Lanes, autoreset, checked_lanes
-from .core import BenchCore
-from .past import BOUND, silent_policy
+from .core import BOUND, BenchCore, silent_policy
 from .task import load_bench_task
 
 

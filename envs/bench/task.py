@@ -12,10 +12,9 @@ from workbench.control.law import Law, static_law
 from workbench.control.network import Network
 from workbench.control.protocol import graph_law
 from workbench.loop.envelope import envelope
-from workbench.loop.limits import Limits
 from workbench.loop.plant_lanes import PlantLanes, joined
 from workbench.loop.rig_variations import with_delay
-from workbench.loop.scenarios import Scenario
+from workbench.loop.scenarios import Limits, Scenario
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Compensators: filters, static maps, plans, sines and networks that stack on any controller."""
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, cast
 
-from ..linear.state_space import StateSpace, as_state_space
-from .discrete_filter import weighted
+from ..linear.state_space import StateSpace, as_state_space, of_sum, transfer_function, tustin
 from .law import LawController
 from .piecewise_linear import CommandMap
 from .protocol import Controller, graph_law
@@ -97,3 +97,14 @@ def innermost(controller: Controller) -> Controller:
 def deflection(stiffness: float, period: float) -> Shell:
     """The controller's reference is a force over a stiffness [N/m]."""
     return FilterShell(weighted([1], [1], period, {"reference": 1 / stiffness}), True)
+
+
+def weighted(
+    numerator: Sequence[float], denominator: Sequence[float], period: float, inputs: Mapping[str, float]
+) -> StateSpace:
+    """numerator(s)/denominator(s), highest power first, by Tustin's rule at `period` [s], of a weighted sum of inputs.
+
+    `inputs` gives each signal's weight; the output is called "out". Raises ValueError for more zeros than poles.
+    """
+    sampled = tustin(transfer_function(numerator, denominator), period)
+    return of_sum(StateSpace(*sampled, period, ["in"], ["out"]), inputs)

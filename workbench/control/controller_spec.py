@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from ..base.errors import InputError
+from ..base.errors import InputError, nearest
+from ..base.signals import SIGNALS
 from ..base.table import Table
 from ..base.units import Spec
 from ..rigs.linear_rig import LinearRig
@@ -14,10 +16,14 @@ from .compensators import Compensator, compensated, deflection, surrounded
 from .load_class import absolute, load_class
 from .measured_stiffness import MeasuredStiffnessShell, StiffnessMeter
 from .protocol import Controller, design_number, is_number, number
-from .protocol_check import check_controller
 from .shells import LoadCellShell
 
 T = TypeVar("T")
+_METHODS = {
+    "reset": ("reference", "measurement", "command"),
+    "compute": ("reference", "measurement"),
+    "update": ("realised",),
+}
 
 
 @dataclass(frozen=True)
@@ -214,3 +220,25 @@ def _value(table: Table, entry: Field[Any], beside: Path) -> Any:
 def _number(table: Table, entry: Field[Any]) -> float:
     """The SI number of a field, within its bounds."""
     return table.quantity(entry.name, Spec(**entry.metadata))
+
+
+def check_controller(controller: Any, where: str) -> None:
+    """Raises InputError, opened by `where`, with class and method, for what no loop can run."""
+    name = type(controller).__name__
+    for method, arguments in _METHODS.items():
+        call = f"{method}({', '.join(arguments)})"
+        if not callable(getattr(controller, method, None)):
+            raise InputError(f"{where}: {name} has no method {method}; give it {call}")
+        try:
+            signature(getattr(controller, method)).bind(*arguments)
+        except TypeError as error:
+            raise InputError(f"{where}: {name}.{method}: {error}; a loop calls {call}") from None
+    measures = getattr(controller, "measures", None)
+    if not isinstance(measures, tuple | list) or not measures or not all(isinstance(s, str) for s in measures):
+        raise InputError(
+            f"{where}: {name}.measures: {measures!r}; write a tuple of the signals that it needs, the controlled one "
+            'first, such as ("position",)'
+        )
+    for signal in measures:
+        if signal not in SIGNALS:
+            raise InputError(f'{where}: {name}.measures: no signal "{signal}"; {nearest(signal, list(SIGNALS))}')

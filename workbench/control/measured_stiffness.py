@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..linear.state_space import StateSpace
-from .discrete_filter import weighted
+from .compensators import weighted
 from .shell import Passed, Shell, Signals
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ import numpy as np
 from ..engine.kernel import Kernel, KernelShape
 from .kalman_observer import Observer, StateLaw
 from .law import Law, flat_names, law_graphs
-from .mpc_qp import PRICE, Horizon, Limits
+from .mpc_qp import PRICE, Horizon, Limits, ReferenceGovernor
 from .planned_step import planned_step
-from .reference_governor import ReferenceGovernor
 
 HUGE = 1e300  # what is more counts as not finite
 _TOLERANCE = 1e-10  # of a limit

@@ -6,8 +6,8 @@ served_rig    a bench in service, period by period
 rig_server    who may command it, and what it answers; paced, by its client or by the clock
 pace          the clock's instants, and what an empty loop misses of them
 opc_ua        both ends under the eyes of a SCADA panel
-client        the workbench's end: greets, switches, commands; wire_loop, a controller there; course, what it plays
+client        the workbench's end: greets, switches, commands; wire_loop, a controller there; course, what it plays,
+              beside the same in simulation
 joined, trips    a rig by the tighter of its file and its hello; why a motion ended at a limit
-judged        what was played, beside the same in simulation
 commissioning/    what a commissioning does at the rig, and how it judges that
 """

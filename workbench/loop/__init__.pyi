@@ -1,12 +1,12 @@
-from .compute_time import computing as computing
-from .conditions import Conditions as Conditions
 from .describing_function import closed_loop_sine as closed_loop_sine
-from .energy import SupplyEnergy as SupplyEnergy, supply_energy as supply_energy
 from .margins import LinearLoop as LinearLoop, closed_poles as closed_poles, linear_loop as linear_loop
-from .moving_end import error_per_speed as error_per_speed
 from .overshoots import overshoot_spread as overshoot_spread
-from .rig_spread import spread_over_rigs as spread_over_rigs
-from .rig_variations import RIG_SET as RIG_SET, variation as variation, with_delay as with_delay
+from .rig_variations import (
+    RIG_SET as RIG_SET,
+    Conditions as Conditions,
+    variation as variation,
+    with_delay as with_delay,
+)
 from .rows import (
     LinearLoops as LinearLoops,
     LoopSetup as LoopSetup,
@@ -15,6 +15,13 @@ from .rows import (
     loop_setup as loop_setup,
     play as play,
     row as row,
+    spread_over_rigs as spread_over_rigs,
+)
+from .run_numbers import (
+    SupplyEnergy as SupplyEnergy,
+    computing as computing,
+    error_per_speed as error_per_speed,
+    supply_energy as supply_energy,
 )
 from .sampled_loop import LoopRun as LoopRun, SampledLoop as SampledLoop
 from .scenarios import SCENARIOS as SCENARIOS, Scenario as Scenario

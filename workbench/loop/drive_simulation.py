@@ -1,10 +1,11 @@
 """A rig in simulation with the position loop of its drive: what it plays before a real one plays it.
 
 The drive is a slow proportional position loop that holds the jack, or follows the reference of a file; the command of a
-file is added to what the loop commands.
+file is added to what the loop commands. A motion that it foresees has to stay clear of the rig's limits.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,17 +17,50 @@ from ..engine import Engine
 from ..linear import equilibrium
 from ..plant import build
 from ..records.excitation import Excitation
+from ..rigs.limited import limits_of, nearest_limit
 from ..rigs.rig import Rig
-from .foreseen import emptied
 from .margins import linear_loop
 from .sampled_loop import LoopRun, SampledLoop
 from .sensors import logged
 
+_ENDS = 0.3  # s after a motion: one that ends in full speed shakes the jack then
+CLEAR = 0.05  # of a limit: nothing that is foreseen may come nearer to it
 MARGIN = 8.0  # dB of gain at null, where the lap doubles it
 CROSSOVER = 1.0  # Hz, at most: the loop is there to hold the jack, not to explain it
 STIRRED = 5e-4  # of full command, at most: what the position sensor's noise makes the loop command
 SMALLER, TRIES = 0.7, 12
 _CHUNK = 0.25  # s: how soon a run that has failed is given up
+
+
+def with_end(course: np.ndarray, period: float, after: float | None = None) -> np.ndarray:
+    """A reference, or a command that is added, [k] with what follows it: its last value, unless another is given."""
+    return np.append(course, np.full(round(_ENDS / period), course[-1] if after is None else after))
+
+
+def wave_with_end(wave: Excitation) -> Excitation:
+    """An excitation, with the rest that follows it."""
+    reference = with_end(wave.reference, wave.period)
+    return replace(wave, reference=reference, command=with_end(wave.command, wave.period, 0.0))
+
+
+def beyond(rig: Rig, signals: Mapping[str, np.ndarray]) -> tuple[str, int] | None:
+    """Which limit signals [lanes, k] by name come too near to, furthest first, in words, and the lane; None where all
+    stay clear of all. Of a further limit that is also where the guard's next sample is foreseen beyond it."""
+    nearest = nearest_limit(limits_of(rig), signals)
+    if nearest is not None and nearest.share > 1 - CLEAR:
+        return nearest.limit.text(nearest.value), nearest.lane
+    for limit in rig.further_limits:
+        values = signals.get(limit.signal, np.zeros((0, 2)))
+        lanes, samples = np.nonzero(~limit.holds(values[:, 1:], np.diff(values)))
+        if len(lanes):
+            return limit.text(float(values[lanes[0], samples[0] + 1])), int(lanes[0])
+    return None
+
+
+def emptied(signals: Mapping[str, np.ndarray]) -> str | None:
+    """Whether a chamber falls below 0 bar in signals [.., k], where no model holds, in words."""
+    lowest = float(signals["lowest_pressure"].min())
+    return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None
 
 
 @dataclass(frozen=True)

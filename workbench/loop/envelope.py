@@ -13,11 +13,10 @@ from ..linear import Equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
 from .batch import play_lanes
-from .limits import POSITIONS
 from .margins import LaneMargins
 from .plant_lanes import PlantLanes, drawn_evenly, joined, plant_lanes, uncertain
 from .sampled_loop import SampledLoop
-from .scenarios import Scenario
+from .scenarios import POSITIONS, Scenario
 from .sensors import settling_band
 from .step_metrics import hunting_lanes, settling_times
 

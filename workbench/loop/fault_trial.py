@@ -12,9 +12,8 @@ from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
 from ..plant import build
 from ..rigs.rig import Rig
-from .conditions import Conditions
 from .faults import Fault, FaultyLoop
-from .rig_variations import with_delay
+from .rig_variations import Conditions, with_delay
 
 MOMENTS = {"rest": None, "accelerating": 0.1, "end of stroke": 0.85}  # the share of the step that is done by then
 _REST, _STEP, _WAIT = 0.1, 0.15, 0.3  # s: the fault at rest, the step, and after it a fault whose share does not come

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from ..rigs.number import Number
 from ..rigs.rig import Rig
 from ..rigs.schema import FOLLOWING_TIME
 from .capability import dead_zone, oil_stiffness, stall_force
-from .carried import Carried
 
 _NEVER = 1e15  # of a rule that a rig cannot have
 _BRAKING = 0.95  # of the stall force and of the force limit, for which the guard opens the valve to brake
@@ -30,6 +30,19 @@ _HOUR = 3600.0  # s: in which repeated readings at rest trip with a chance of at
 _CHANCE = 1e-6
 _HOLDING = 6.0  # 1/s: of the loop that holds a jack after a trip
 _VALVE_LAG = 4e-3  # s: of a valve whose spool's frequency is not known
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The mass [kg] that a leg moves goes by the direction: `most` is to be braked, `least` slows down fastest. `load`
+    [N]: what the leg holds at rest, positive where it pushes; `cell` [kg] and `weight` [N]: the mass between its piston
+    and its load cell, and what that weighs along the leg."""
+
+    most: float
+    least: float
+    load: float
+    cell: float
+    weight: float
 
 
 def max_move_per_period(rig: Rig) -> float:

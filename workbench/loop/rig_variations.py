@@ -1,10 +1,13 @@
-"""The set of rigs that a loop has to hold on: the nominal one, and each uncertain number of it moved by itself."""
+"""What a loop is judged on: the set of rigs that it has to hold on, the nominal one and each uncertain number of it
+moved by itself; its computing delay, and the noise and resolution of its sensors.
+"""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ..base.errors import InputError, echo, nearest
 from ..base.units import quantity
+from ..control.controller_spec import ControllerSpec
 from ..rigs.linear_rig import LinearRig
 from ..rigs.number import Number
 from ..rigs.rig import EffectUse, Rig
@@ -72,3 +75,22 @@ def known_to(rig: Rig, factors: Factors, share: float) -> tuple[Rig, dict[str, t
         return replace(number, low=low, high=high, interval=None)
 
     return rig.with_each_number(known), {name: shrunk(*ends, 1.0) for name, ends in factors.items()}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The computing delay, and sensor noise and resolution drawn from `seed`; none of them where `ideal`."""
+
+    ideal: bool = False
+    seed: int = 0
+
+    @property
+    def noise(self) -> int | None:
+        """The seed of the sensors' noise; None without noise."""
+        return None if self.ideal else self.seed
+
+    def delay(self, spec: ControllerSpec, rig: Rig) -> float:
+        """Computing delay [s] of a controller on a rig: its own where it has one, else the rig's."""
+        if self.ideal:
+            return 0.0
+        return rig.computing_delay.value if spec.computing_delay is None else spec.computing_delay

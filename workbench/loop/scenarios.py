@@ -1,6 +1,9 @@
-"""The standard scenarios of a loop, by name: what the reference does, and what a specimen's far end does."""
+"""What a loop is asked for: the standard scenarios by name, what the reference does and a specimen's far end; and what
+the hard goals ask for, and where in the stroke: numbers that files may give.
+"""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -11,6 +14,7 @@ _ACCELERATION = 5.0  # m/s^2: how it starts and stops
 _LOADED = 0.5  # s: when a load comes
 _TOLD = 0.01  # of a record's energy: what is left out of it is worth a remark
 _SHORT = 1e-9  # s: an instant that is computed as k periods may be a rounding error early
+POSITIONS = (-0.9, -0.5, 0.0, 0.5, 0.9)  # shares of the stroke limit at which loops are judged
 
 
 @dataclass(frozen=True)
@@ -132,3 +136,20 @@ def scenario(name: str, where: str) -> Scenario:
     if name not in SCENARIOS:
         raise InputError(f"{where}: no scenario {echo(name)}; {nearest(name[:80], SCENARIOS)}")
     return SCENARIOS[name]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ms [1] on the nominal rig and on every plant, gain margin [dB] on the nominal one, RMS of the command [1] at rest
+    with noise, overshoot [%] on every plant; the share of the settling band that a load leaves on the
+    nominal rig [1]; the `seconds` of a scenario that are watched. `moves`: as many steps, there and back, each watched
+    as long, come before a step that is judged."""
+
+    ms_nominal: float = 2.0
+    ms: float = 2.5
+    gain_margin_db: float = 6.0
+    command_noise: float = 0.01
+    overshoot_percent: float = inf
+    load_left: float = inf
+    seconds: float = 1.0
+    moves: int = 0

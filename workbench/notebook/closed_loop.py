@@ -15,12 +15,10 @@ from ..base.units import from_si, quantity
 from ..commands.common.sines import loop_poles
 from ..control.controller_spec import ControllerSpec
 from ..linear.state_space import StateSpace, as_state_space
-from ..loop.conditions import Conditions
 from ..loop.describing_function import closed_loop_sweep, sweep_frequencies
-from ..loop.designed_inverse import designed_inverse
+from ..loop.designed_inverse import designed_inverse, outer_loop
 from ..loop.margins import closed_poles
-from ..loop.outer_loop import outer_loop
-from ..loop.rig_variations import with_delay
+from ..loop.rig_variations import Conditions, with_delay
 from ..loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup, play
 from ..loop.scenarios import Scenario, scenario
 from ..rigs.rig import Rig

@@ -17,8 +17,7 @@ from ..commands.sines.config import SinesConfig, asked_sines
 from ..commands.sines.study import run_sines
 from ..loop.capability import capability
 from ..loop.fault_trial import FaultLoops, FaultTrials
-from ..loop.limits import POSITIONS
-from ..loop.scenarios import Scenario, scenario
+from ..loop.scenarios import POSITIONS, Scenario, scenario
 from ..loop.sines import ORDERS
 from ..rigs.rig import Rig
 from .closed_loop import ClosedLoop, Quantity

@@ -13,9 +13,8 @@ from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec
 from ..control.protocol import is_number
-from ..loop.limits import POSITIONS
 from ..loop.rig_variations import variation
-from ..loop.scenarios import Scenario, scenario
+from ..loop.scenarios import POSITIONS, Scenario, scenario
 from ..loop.tuning.goals import Trial
 from ..loop.tuning.problem import OF_THE_LOOP, USUAL_WEIGHTS, Searched, TuneProblem, with_number
 from ..loop.tuning.search import nearest_trial, search

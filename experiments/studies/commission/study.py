@@ -23,7 +23,7 @@ from workbench.link.commissioning.designs import exactly, searched_designs
 from workbench.link.commissioning.relay import with_dither
 from workbench.link.commissioning.rig_time import RigTime
 from workbench.link.commissioning.verify import Way, played_way, settling_of
-from workbench.link.judged import wire_rig
+from workbench.link.course import wire_rig
 from workbench.link.paced import LockstepServer
 from workbench.link.rig_server import in_background
 from workbench.link.served_rig import ServedRig

@@ -13,7 +13,7 @@ from workbench.commands.robustness.study import run_robustness
 from workbench.commands.tune.config import TuneConfig
 from workbench.control.controller_spec import ControllerSpec
 from workbench.control.protocol import graph_law
-from workbench.loop.conditions import Conditions
+from workbench.loop.rig_variations import Conditions
 from workbench.loop.tuning.goals import Trial
 from workbench.loop.tuning.problem import TuneProblem
 from workbench.loop.tuning.search import nearest_trial, search

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...loop.compute_time import computing
-from ...loop.energy import supply_energy
 from ...loop.margins import LinearLoop
-from ...loop.moving_end import error_per_speed
 from ...loop.rows import LoopSetup, judge, linear_loops
+from ...loop.run_numbers import computing, error_per_speed, supply_energy
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.stiffness_and_noise import command_noise, dynamic_stiffness

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.gain_phase import gain_db
-from ...loop.limits import Limits
+from ...loop.scenarios import Limits
 from ...report import Curve, Figure, Panel, Style, outline_points
 from ..common.bench_experiment import BenchLoop
 from .entry import Entries

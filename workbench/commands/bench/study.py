@@ -12,12 +12,11 @@ from ...base.process_pool import Jobs, process_pool
 from ...control.automatic_tuning import READ
 from ...control.controller_spec import ControllerSpec
 from ...loop.automatic import self_tuning, tuned_on
-from ...loop.compute_time import summary
 from ...loop.envelope_row import EnvelopeEntry, envelope_entry, envelope_of, has_envelope
 from ...loop.limit import limits_by_name, times_limit
-from ...loop.rig_spread import spread_over_rigs
 from ...loop.rig_variations import with_delay
-from ...loop.rows import LoopSetup, loop_setup
+from ...loop.rows import LoopSetup, loop_setup, spread_over_rigs
+from ...loop.run_numbers import summary
 from ...loop.tracking_limit import tracking_limits_by_name
 from ...report import Figure, Page
 from ..common.bench_experiment import BenchConfig, BenchLoop

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...base.units import from_si
-from ...loop.choice import choice, shortfall
-from ...loop.envelope_row import EnvelopeRow, envelope_rigs, has_envelope, judged_step
-from ...loop.limits import POSITIONS, Limits
+from ...loop.envelope_row import EnvelopeRow, choice, envelope_rigs, has_envelope, judged_step, shortfall
+from ...loop.scenarios import POSITIONS, Limits
 from ...report import Curve, Figure, Mark, Panel, Section, Table
 from ..common.bench_experiment import BenchLoop
 from .nichols import nichols_cloud

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...base.table import Table
 from ...base.toml import read_toml
 from ...base.units import Spec
-from ...loop.performance.sizing import RATED, CataloguePump, CatalogueValve
+from ...loop.performance.drive import RATED, CataloguePump, CatalogueValve
 
 _FLOW = Spec("m^3/s", 1e-9, 10.0, "rated flow")
 _DROP = Spec("Pa", 1e4, 1e8, "pressure drop over both lands at the rated flow")

@@ -8,7 +8,7 @@ from ...base.signals import MEASURED
 from ...control.export import as_json
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
-from ...control.export.matlab import mat_file
+from ...control.export.listing import mat_file
 from ...control.export.program import identifier
 from ...control.export.structured_text import structured_text
 from ...control.protocol import linear_view

@@ -16,7 +16,7 @@ from ..common.limits_told import limits_section, trip_marks
 from ..common.time_figure import run_columns, time_figure, window
 
 if TYPE_CHECKING:
-    from ...link.judged import Judged
+    from ...link.course import Judged
 
 _WORDS = {
     "automatic": "no model: rules and small moves",

@@ -20,7 +20,7 @@ from ...link.commissioning.designs import experiment_of
 from ...link.commissioning.obstacles import Obstacle
 from ...link.commissioning.rig_time import RigTime
 from ...link.commissioning.verify import STEPS, Way, best_way, limit_row, responses, table_row
-from ...link.judged import Judged
+from ...link.course import Judged
 from ...loop.limit import settling_limit
 from ...loop.scenarios import SCENARIOS
 from ...rigs.rig import Rig

@@ -11,8 +11,8 @@ from ...link.client import LinkClient
 from ...link.commissioning.designs import exactly, searched_designs
 from ...link.commissioning.rig_time import TRACES, Computing
 from ...link.commissioning.verify import foretold
-from ...link.judged import wire_rig
-from ...loop.conditions import Conditions
+from ...link.course import wire_rig
+from ...loop.rig_variations import Conditions
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from ...records import Record, load_campaign

@@ -28,8 +28,8 @@ from ...link.commissioning.verify import (
     rig_decides,
     settling_of,
 )
+from ...link.course import Judged, wire_rig
 from ...link.joined import joined
-from ...link.judged import Judged, wire_rig
 from ...loop.automatic import automatic
 from ...loop.drive_simulation import drive
 from ...records import Record

@@ -9,7 +9,7 @@ from ...base.errors import InputError, echo
 from ...base.signals import Signal
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 from .experiment import (

@@ -8,7 +8,7 @@ import numpy as np
 from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import from_si
-from ...loop.robustness.plant_draw import PlantDraw, draw_plants
+from ...loop.robustness.drawn_plants import PlantDraw, draw_plants
 from ...plant import Plant
 from ...rigs.rig import Rig
 from .envelope_keys import MOST_PLANTS, draws_nothing, read_factors

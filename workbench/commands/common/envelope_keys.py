@@ -3,7 +3,7 @@
 from dataclasses import fields
 
 from ...base.table import Table
-from ...loop.limits import POSITIONS, Limits
+from ...loop.scenarios import POSITIONS, Limits
 from ...rigs.rig import Rig
 
 MOST_PLANTS = 1_000_000  # that are drawn

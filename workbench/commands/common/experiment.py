@@ -12,7 +12,7 @@ from ...base.toml import read_toml
 from ...control.controller_spec import read_numbers
 from ...control.load_class import absolute
 from ...control.protocol import design_numbers, number
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
 from ...rigs.platform import is_platform
 from ...rigs.rig import Rig

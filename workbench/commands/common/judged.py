@@ -1,6 +1,6 @@
 """Under which conditions loops were judged, in words."""
 
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...rigs.rig import Rig
 
 

@@ -8,8 +8,8 @@ from typing import Any
 from ...base.table import Table
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
-from ...loop.conditions import Conditions
 from ...loop.platform.steps import AxisStep
+from ...loop.rig_variations import Conditions
 from ...rigs.platform import Platform, load_platform
 from .experiment import borrowed_controllers, read_conditions
 

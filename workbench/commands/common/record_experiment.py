@@ -14,10 +14,8 @@ from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import graph_law
 from ...engine import Engine
-from ...loop.conditions import Conditions
-from ...loop.repeated_lanes import RepeatedLanes, repeated_lanes
-from ...loop.repeated_record import RepeatedRecord, faded
-from ...loop.rig_variations import with_delay
+from ...loop.repeated_record import RepeatedLanes, RepeatedRecord, faded, repeated_lanes
+from ...loop.rig_variations import Conditions, with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ...loop.scenarios import Scenario
 from ...plant import build

@@ -10,7 +10,7 @@ from ...base.signals import Signal
 from ...base.table import Table
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
 from .experiment import BodeConfig, read_bode, read_conditions, read_experiment, rig_of, with_specimen

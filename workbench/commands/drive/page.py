@@ -12,7 +12,7 @@ from ..common.step_experiment import StepConfig
 from ..common.time_figure import run_columns, time_figure, window, window_words
 
 if TYPE_CHECKING:
-    from ...link.judged import Judged
+    from ...link.course import Judged
 
 _FIGURES = ("settling_s", "overshoot_percent", "peak_command")
 

@@ -13,9 +13,8 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.program import identifier
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import allowed
-from ...link.course import Played, play_course, rest_record
+from ...link.course import Judged, Played, judge_played, play_course, rest_record, wire_rig
 from ...link.joined import joined
-from ...link.judged import Judged, judge_played, wire_rig
 from ...link.opc_ua import opc_ua_server, supervised_loop
 from ...link.wire_loop import INTERRUPTED, check
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup

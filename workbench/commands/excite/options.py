@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ...base.errors import InputError
-from ...loop.excitation_design import KINDS, Design
+from ...loop.standard_records import KINDS, Design
 from ...rigs.rig_file import load_rig
 from .config import SETS
 

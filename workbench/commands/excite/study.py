@@ -10,8 +10,8 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...base.words import counted
 from ...loop.drive_simulation import SMALLER, DriveSimulation, drive, effort, play, trouble, within_limits
-from ...loop.excitation_design import Design, designed
 from ...loop.sampled_loop import LoopRun
+from ...loop.standard_records import Design, designed
 from ...records.excitation import (
     Excitation,
     crest_factor,

@@ -11,7 +11,7 @@ from ...linear.equilibria import equilibria
 from ...linear.operating_point import far_end
 from ...loop.batch import play_lanes
 from ...loop.fault_trial import FaultTrial, FaultTrials
-from ...loop.robustness.plant_draw import draw_plants
+from ...loop.robustness.drawn_plants import draw_plants
 
 FAILED = "simulation"  # beside what tripped: the plant could not be simulated, which is no trip
 

@@ -11,8 +11,8 @@ from ...base.numbers import quantile
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.designed_inverse import ReferenceInverse
-from ...loop.repeated_lanes import RepeatedLanes
-from ...loop.robustness.plant_draw import PlantDraw
+from ...loop.repeated_record import RepeatedLanes
+from ...loop.robustness.drawn_plants import PlantDraw
 from ...plant import build
 from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words

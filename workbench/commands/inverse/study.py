@@ -9,10 +9,9 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
-from ...loop.designed_inverse import ReferenceInverse, designed_inverse
+from ...loop.designed_inverse import ReferenceInverse, designed_inverse, outer_loop
 from ...loop.learning import Iteration, rms
 from ...loop.margins import LinearLoop
-from ...loop.outer_loop import outer_loop
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops
 from ...report import Figure, Page
 from ..common.design_numbers import Subject

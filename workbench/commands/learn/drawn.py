@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...loop.lane_learning import learn_lanes
-from ...loop.learning import STOPS, LearningFilter
-from ...loop.repeated_lanes import RepeatedLanes
-from ...loop.robustness.plant_draw import PlantDraw
+from ...loop.learning import STOPS, LearningFilter, learn_lanes
+from ...loop.repeated_record import RepeatedLanes
+from ...loop.robustness.drawn_plants import PlantDraw
 from ...plant import build
 from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words

@@ -7,8 +7,8 @@ from typing import Any
 
 from ...base.errors import echo
 from ...base.table import Table
-from ...loop.limits import Limits
 from ...loop.rig_variations import variation
+from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched
 from ...rigs.rig import Rig
 from ..common.bench_experiment import load_bench

@@ -15,11 +15,10 @@ from ...loop import step_metrics as metrics
 from ...loop.batch import play_lanes
 from ...loop.compiled_loop import compiled_law
 from ...loop.guard_numbers import trip_reason
-from ...loop.limits import Limits
 from ...loop.margins import LaneMargins
 from ...loop.plant_lanes import PlantLanes
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
-from ...loop.scenarios import Scenario
+from ...loop.scenarios import Limits, Scenario
 from ...loop.sensors import Sensors, settling_band
 from ...rigs.rig import Rig
 

@@ -8,9 +8,8 @@ from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import allowed, safe
-from ...link.course import Played, play_course, rest_record
+from ...link.course import Played, play_course, rest_record, wire_rig
 from ...link.joined import joined
-from ...link.judged import wire_rig
 from ...link.trips import Trip
 from ...link.wire_loop import INTERRUPTED, check
 from ...loop.drive_simulation import DriveSimulation, drive

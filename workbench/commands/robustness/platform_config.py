@@ -7,8 +7,7 @@ import numpy as np
 
 from ...base.table import Table
 from ...base.units import Spec
-from ...loop.platform.draw import PlatformDraw
-from ...loop.platform.steps import AxisStep
+from ...loop.platform.steps import AxisStep, PlatformDraw
 from ...rigs.platform import AXES
 from ..common.envelope_keys import MOST_PLANTS, read_ends, read_factors
 from ..common.platform_experiment import PlatformExperiment, platform_experiment, read_steps

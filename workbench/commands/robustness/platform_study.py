@@ -11,8 +11,7 @@ import numpy as np
 from ...base.numbers import finite, quantile
 from ...base.process_pool import Jobs, process_pool
 from ...base.words import counted
-from ...loop.platform.drawn import drawn_platform
-from ...loop.platform.robustness import linear_columns, step_columns
+from ...loop.platform.robustness import drawn_platform, linear_columns, step_columns
 from ...loop.platform.setup import platform_setup
 from ...loop.robustness.row import settling_quantiles
 from ..common.outcome import Outcome, Progress, Stage

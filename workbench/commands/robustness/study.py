@@ -8,9 +8,8 @@ from ...base.kept_columns import KeptColumns
 from ...base.process_pool import Jobs, process_pool
 from ...base.words import counted
 from ...loop.limit import limits_by_name
-from ...loop.robustness.kept import Kept
-from ...loop.robustness.plant_draw import drawn
-from ...loop.robustness.row import kept_row
+from ...loop.robustness.drawn_plants import drawn
+from ...loop.robustness.row import Kept, kept_row
 from ...loop.robustness.workers import at_work, blocks, items
 from ...loop.scenarios import Scenario
 from ...loop.sensors import settling_band

@@ -19,9 +19,8 @@ from ...loop.batch import run_lanes
 from ...loop.limit import limits_by_name
 from ...loop.rig_variations import with_delay
 from ...loop.robustness.drawn_plants import DrawnPlants, drawn_plants
-from ...loop.robustness.kept import Kept
 from ...loop.robustness.linear_loops import linear_loops as loops_at, places
-from ...loop.robustness.row import kept_row
+from ...loop.robustness.row import Kept, kept_row
 from ...loop.robustness.workers import blocks, linear_stage, played_steps, steps_stage
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.scenarios import Scenario

@@ -10,7 +10,7 @@ from ...base.table import Table
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.capability import Capability, capability
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...loop.sines import ORDERS
 from ...rigs.rig import Rig
 from ..common.envelope_keys import MOST_PLANTS, read_factors

@@ -11,7 +11,7 @@ from ...engine import Engine
 from ...linear.equilibria import Equilibria, equilibria
 from ...linear.operating_point import far_end
 from ...loop.batch import play_lanes
-from ...loop.robustness.plant_draw import PlantDraw, draw_plants
+from ...loop.robustness.drawn_plants import PlantDraw, draw_plants
 from ...loop.sines import AMPLITUDE, PHASE, SineErrors, sine, sine_errors
 from ...plant import build
 from ...rigs.rig import Rig

@@ -9,8 +9,8 @@ import numpy as np
 from ...base.process_pool import one_blas_thread
 from ...base.toml_text import toml_text
 from ...control.controller_spec import ControllerSpec
-from ...loop.compute_time import computing, summary
 from ...loop.rows import loop_setup, play
+from ...loop.run_numbers import computing, summary
 from ...loop.scenarios import Scenario
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.rig import Rig

@@ -9,7 +9,7 @@ import numpy as np
 from ...base.checkpoint import Stage
 from ...base.numbers import finite, quantile
 from ...loop.envelope import EnvelopeSteps, steps
-from ...loop.hardest import largest_ms
+from ...loop.hard_goals import largest_ms
 from ...loop.tuning.goals import tuning_envelope
 from ...loop.tuning.problem import TuneProblem
 

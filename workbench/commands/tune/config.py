@@ -9,7 +9,7 @@ from typing import Any
 
 from ...base.errors import echo
 from ...base.table import Place, Table
-from ...loop.limits import Limits
+from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched, TuneProblem
 from ...rigs.rig import Rig
 from ..common.envelope_keys import read_factors, read_limits, read_positions

@@ -1,9 +1,8 @@
 """Fractional design (CRONE): laws by their phase about the crossover.
 
 oustaloup   powers of s between its integers, as poles and zeros
-crossover   the order and the gain that give a phase margin and a crossover
+crossover   what a design asks of its plant; the order and the gain that give a phase margin and a crossover
 template    the law of an open-loop template
-design_plant    what a design asks of its plant
 """
 
 from .crossover import gain_for, order_for

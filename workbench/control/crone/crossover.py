@@ -1,15 +1,42 @@
 """Laws that meet a crossover and a phase margin on a plant: the order gives the phase, the gain the crossover."""
 
 from collections.abc import Callable
-from typing import cast
+from typing import Protocol, cast
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...linear.state_space import StateSpace
 from ..second_order_sections import sections_response, sections_system
-from .design_plant import DesignPlant
 
 Law = Callable[[float], np.ndarray]  # sections of gain 1 for an order
+
+
+class DesignPlant(Protocol):
+    """A plant from command to position, as a sampled loop sees it."""
+
+    @property
+    def modes(self) -> np.ndarray:
+        """Poles [rad/s] that a law cancels."""
+        ...
+
+    @property
+    def zeros(self) -> np.ndarray:
+        """Zeros [rad/s] that a law cancels."""
+        ...
+
+    @property
+    def integrators(self) -> int:
+        """How many poles are 0."""
+        ...
+
+    def response(self, f: np.ndarray) -> np.ndarray:
+        """position/command at f [k] in Hz, complex [k] in m."""
+        ...
+
+    def stable(self, law: StateSpace) -> bool:
+        """Whether the loop of a discrete law (error -> command) on it is stable."""
+        ...
 
 
 def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, period: float, most: float = 1.0) -> float:

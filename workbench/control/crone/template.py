@@ -4,10 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..second_order_sections import Factors, integral, pair, sections_response, tustin
-from ..section_controller import SectionController
-from .crossover import gain_for, order_for
-from .design_plant import DesignPlant
+from ..second_order_sections import Factors, SectionController, integral, pair, sections_response, tustin
+from .crossover import DesignPlant, gain_for, order_for
 from .oustaloup import band
 
 CELLS = 5

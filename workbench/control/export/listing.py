@@ -1,10 +1,14 @@
-"""A law's coefficients as JSON, and as text for people."""
+"""A law's coefficients as JSON, and as text for people; linear models as .mat files of version 5, which MATLAB and
+scipy read.
+"""
 
 from collections.abc import Iterable
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 
+from ...linear.state_space import StateSpace
 from .program import Program
 from .sections import SAMPLES, Coefficients, PlannedPart, SectionChannel
 
@@ -104,3 +108,19 @@ def _table(at: np.ndarray, to: np.ndarray) -> list[str]:
 
 def _digits(values: Iterable[float]) -> str:
     return " ".join(f"{value: .17g}" for value in values)
+
+
+def mat_file(model: StateSpace) -> bytes:
+    """A, B, C, D, Ts (0: continuous), InputName and OutputName (cells of text).
+
+    In MATLAB: m = load(FILE); ss(m.A, m.B, m.C, m.D, m.Ts, 'InputName', m.InputName, 'OutputName', m.OutputName).
+    In Python: m = scipy.io.loadmat(FILE); control.ss(m["A"], m["B"], m["C"], m["D"], m["Ts"].item()).
+    """
+    from scipy.io import savemat
+
+    target = BytesIO()
+    names = {"InputName": model.input_labels, "OutputName": model.output_labels}
+    cells = {key: np.array([[label] for label in labels], dtype=object) for key, labels in names.items()}
+    matrices = dict(zip("ABCD", model.matrices, strict=True))
+    savemat(target, {**matrices, "Ts": float(model.dt), **cells})
+    return target.getvalue()

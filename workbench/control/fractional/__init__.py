@@ -5,7 +5,7 @@
 
 transfer_function   sums of fractional powers of s over such sums: arithmetic, exact response, steps and impulses
 polynomial          such a sum, with exact orders
-stability           poles, Matignon's theorem; winding: the argument principle, for orders with nothing in common
+stability           poles, Matignon's theorem, and the argument principle for orders with nothing in common
 margins             Nyquist margins of the loop around one, with a delay
 norm                the H2 norm, by residues or by an integral with its error
 time_response       inverse Laplace transform on contours

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db
-from .winding import corner_range, roots_in_sector
+from .stability import corner_range, roots_in_sector
 
 if TYPE_CHECKING:
     from .transfer_function import FractionalTransferFunction

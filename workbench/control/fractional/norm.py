@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 
 from .polynomial import FractionalPolynomial, common_order
-from .stability import LARGEST_DEGREE, poles, roots_in_powers_of
-from .winding import corner_range, roots_in_sector, scaled_terms
+from .stability import LARGEST_DEGREE, corner_range, poles, roots_in_powers_of, roots_in_sector, scaled_terms
 
 _TAIL = 1e-9  # share of the integral's tails that lies beyond their leading terms
 _ROUNDING = 1e-15  # of a pole, of a term

@@ -7,7 +7,7 @@ import numpy as np
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...loop.drive_simulation import DriveSimulation, within_limits
-from ...loop.excitation_design import Design, designed
+from ...loop.standard_records import Design, designed
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 

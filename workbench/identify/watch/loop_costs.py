@@ -13,8 +13,7 @@ from ...base.errors import InputError
 from ...base.private_cache import kept
 from ...control.controller_spec import ControllerSpec
 from ...control.load_class import load_class
-from ...loop.conditions import Conditions
-from ...loop.rig_variations import with_delay
+from ...loop.rig_variations import Conditions, with_delay
 from ...loop.rows import LoopSetup, judge, linear_loops, loop_setup, play
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario

@@ -15,9 +15,8 @@ from ...control.protocol import graph_law
 from ...engine import Engine
 from ...linear import Equilibrium
 from ...loop.batch import run_lanes
-from ...loop.drive_simulation import SMALLER, TRIES, drive
+from ...loop.drive_simulation import SMALLER, TRIES, beyond, drive, emptied, wave_with_end, with_end
 from ...loop.envelope import steps
-from ...loop.foreseen import beyond, emptied, wave_with_end, with_end
 from ...loop.guard_numbers import trip_reason
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop

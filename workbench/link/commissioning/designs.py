@@ -14,9 +14,8 @@ from ...control.controller_type import controller
 from ...control.protocol import is_number
 from ...loop.automatic import column
 from ...loop.capability import dead_zone
-from ...loop.conditions import Conditions
-from ...loop.limits import Limits
-from ...loop.scenarios import SCENARIOS
+from ...loop.rig_variations import Conditions
+from ...loop.scenarios import SCENARIOS, Limits
 from ...loop.tuning.goals import Trial
 from ...loop.tuning.problem import USUAL_WEIGHTS, Searched, TuneProblem
 from ...loop.tuning.search import nearest_trial, search

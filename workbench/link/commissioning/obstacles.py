@@ -11,7 +11,7 @@ from ...records import Record
 from .allowed import is_of
 
 if TYPE_CHECKING:
-    from ..judged import Judged
+    from ..course import Judged
 
 _SAGS = 0.1  # of the supply at rest: a deeper drop is told
 _TAIL = 0.25  # of a step's run, at its end, over which a jack that hunts is watched

@@ -9,14 +9,13 @@ import numpy as np
 from ...base.checkpoint import Progress
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import NoLinearView
-from ...loop.conditions import Conditions
+from ...loop.rig_variations import Conditions
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
 from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
-from ..course import Played
-from ..judged import Judged, judge_played, wire_rig
+from ..course import Judged, Played, judge_played, wire_rig
 from .allowed import Allowed, Expected, allowed, is_of, smaller
 from .obstacles import Barred
 from .rig_time import RigTime

@@ -5,6 +5,6 @@ lands       opening, chamber pressures and flow that a motion takes of the main 
 bounds      the largest sine at each frequency, by stroke, speed, force, supply, flow, valve, command rate, pump
 followed    the part of it that a loop follows, played
 reached     whether the engine reaches a sine by a command that is learned
-drive       what a drive file takes: opening, flow, power, heat; an accumulator for a pump
-sizing      which valves and pumps of a catalogue do it, and by which limit the others fail
+drive       what a drive file takes: opening, flow, power, heat; an accumulator for a pump; which valves and pumps of a
+            catalogue do it, and by which limit the others fail
 """

@@ -1,9 +1,11 @@
-"""What a drive file takes of a rig: opening of the lands, flow, power, heat; and an accumulator beside a pump.
+"""What a drive file takes of a rig: opening of the lands, flow, power, heat; an accumulator beside a pump; and which
+valves and pumps of a catalogue would do it, the smallest first, and by what the others fail.
 
 A file has corners that no jack follows: what is above a band is taken off. The force is the motion's, by the linear
 model of what is carried.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +19,7 @@ from .lands import Demand, demanded, drawn_power, oil_speed
 MODE_SHARE = 0.5  # of the mode of mass and oil: the band of a drive file where none is given
 PRECHARGE, ADIABATIC = 0.9, 1.4  # of the lowest pressure; exponent of nitrogen's pressure over its volume
 _FADE, _GRID, _SLOWEST = 1.5, 400, 1e-3  # of the band, where nothing is left; frequencies of the load; Hz
+RATED = 70e5  # Pa: the drop at which valves are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,3 +98,78 @@ def accumulator(oil: float, supply: float, sag: float) -> float:
     low = (1 - sag) * supply
     first = PRECHARGE * low
     return oil / ((first / low) ** (1 / ADIABATIC) - (first / supply) ** (1 / ADIABATIC))
+
+
+@dataclass(frozen=True)
+class CatalogueValve:
+    """A valve: `flow` [m^3/s] fully open at a `drop` [Pa] over both lands, and the `bandwidth` [Hz] of a lag."""
+
+    name: str
+    flow: float
+    drop: float
+    bandwidth: float
+    price: float | None = None
+    order: str = ""
+
+    @property
+    def rated(self) -> float:
+        """Flow [m^3/s] at 70 bar."""
+        return self.flow * float(np.sqrt(RATED / self.drop))
+
+
+@dataclass(frozen=True)
+class CataloguePump:
+    """A pump of a `flow` [m^3/s] at the rig's supply pressure."""
+
+    name: str
+    flow: float
+    price: float | None = None
+    order: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An entry held against a drive file: by which limit it `fails`, "" where it suffices, and how much of that limit
+    it takes; `accumulator` [m^3] of gas that a pump needs, 0 where it needs none."""
+
+    entry: CatalogueValve | CataloguePump
+    fails: str
+    used: float
+    accumulator: float | None = None
+
+
+def valve_choices(need: Demands, valves: Sequence[CatalogueValve]) -> list[Choice]:
+    """Each valve in place of each of the rig's, from the smallest on.
+
+    A valve opens by its lag: its command is the opening and, over 2 pi times the bandwidth, the opening's rate.
+    """
+    return [_valve(need, valve) for valve in sorted(valves, key=lambda each: (each.rated, each.bandwidth))]
+
+
+def _valve(need: Demands, valve: CatalogueValve) -> Choice:
+    rig, opening = need.rig, need.lands.opening
+    if not np.all(np.isfinite(opening)):
+        return Choice(valve, "supply", np.inf)
+    asked = np.sign(need.oil) * opening * rig["K3"] * rig["z3max"] * np.sqrt(RATED / 2) / valve.rated
+    most = float(np.abs(asked).max())
+    if most > 1:
+        return Choice(valve, "flow", most)
+    rate = np.gradient(asked, rig.period.value) / (2 * np.pi * valve.bandwidth)
+    led = float(np.abs(asked + rate).max())
+    return Choice(valve, "bandwidth" if led > 1 else "", led)
+
+
+def pump_choices(need: Demands, pumps: Sequence[CataloguePump], sag: float) -> list[Choice]:
+    """Each pump with the accumulator that it needs, the supply falling by a share `sag` at most, from the smallest."""
+    mean, period = float(need.flow.mean()), need.rig.period.value
+    choices = []
+    for pump in sorted(pumps, key=lambda each: each.flow):
+        oil = lacking(need.flow, period, pump.flow)
+        gas = None if oil is None else accumulator(oil, need.rig["Ps"], sag)
+        choices.append(Choice(pump, "mean flow" if oil is None else "", mean / pump.flow, gas))
+    return choices
+
+
+def smallest(choices: Sequence[Choice]) -> Choice | None:
+    """The first that suffices."""
+    return next((choice for choice in choices if not choice.fails), None)

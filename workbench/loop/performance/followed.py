@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ..describing_function import played_sines
+from ..describing_function import SinePoint, played_sines
 from ..rows import LinearLoops, LoopSetup
-from ..sine_points import SinePoint
 from ..sines import amplitude_phase
 
 WITHIN = 0.05

@@ -1,12 +1,11 @@
 """Closed loops of a platform on six jacks, and every number that is measured on one.
 
 setup           a platform as built: plant, engine, operating point, what decouples it
-legs            the sensors of its legs, and what comes in at each instant
-loop            a loop, run; compiled and python are its two ways
+loop, compiled  a loop, run in Python or compiled; the sensors of its legs, and what comes in at each instant
 transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
-steps           steps along one axis, by name
+steps           steps along one axis, by name; how far platforms are drawn
 rows, sines     what is measured in steps and in sines, with what the other axes do; a controller judged by both
-draw, drawn     platforms drawn over payload, pose and legs; robustness, loops and steps on them
+robustness      platforms drawn over payload, pose and legs; loops and steps on them
 poses           roads, recorded courses and accelerations as poses at the control period
 excitation      motions that tell the axes apart, as large as the legs take them
 measured        the 6 x 6 transfer as it is measured, with its uncertainty

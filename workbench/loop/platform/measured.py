@@ -16,7 +16,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS, PlatformController
 from ...records.excitation import Multisine, harmonics
-from .legs import LegSensors
+from .compiled import LegSensors
 from .loop import PlatformRun, run_platform
 from .poses import REST
 from .record import check_motion

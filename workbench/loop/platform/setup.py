@@ -11,7 +11,7 @@ from ...linear.platform_modes import decoupling, platform_equilibrium
 from ...plant.platform import build_platform
 from ...rigs.platform import Platform
 from ...rigs.rig import Rig
-from ..carried import Carried
+from ..guard_numbers import Carried
 from ..rig_variations import with_delay
 
 

@@ -1,6 +1,7 @@
-"""Steps along one axis of a platform's pose, by name."""
+"""What a platform is asked for: steps along one axis of its pose, by name; and how far platforms are drawn."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from ...rigs.platform import AXES
 UNITS = ("mm", "mm", "mm", "deg", "deg", "deg")
 SHOWN = np.array([1e3] * 3 + [180 / np.pi] * 3)  # of them in m or rad
 _NAME = re.compile(r"(\w+)-(-?\d+(?:\.\d+)?)(mm|deg)")
+Ends = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -43,3 +45,18 @@ class AxisStep:
         pose = np.zeros((round(self.duration / period) + 1, len(AXES)))
         pose[1:, self.axis] = self.size
         return pose
+
+
+@dataclass(frozen=True)
+class PlatformDraw:
+    """How far platforms are drawn, all uniformly.
+
+    mass: factors [low, high] on it; the moments of inertia go with it. centre: the centre of mass by +- so many m along
+    each axis. pose [6]: either way from home. factors: [low, high] on numbers of the rig by name, of each leg by
+    itself; all others within the bounds that the rig gives.
+    """
+
+    mass: Ends
+    centre: float
+    pose: np.ndarray
+    factors: Mapping[str, Ends]

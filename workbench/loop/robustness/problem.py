@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ...base.signals import Signal
 from ...control.controller_spec import ControllerSpec
 from ...rigs.rig import Rig
-from ..conditions import Conditions
+from ..rig_variations import Conditions
 
 
 @dataclass(frozen=True)

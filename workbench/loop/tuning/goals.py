@@ -11,8 +11,7 @@ from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller
 from ..envelope import Envelope, envelope, steps
-from ..hard_goals import Goal, linear_goals, motion_goals
-from ..hardest import hardest
+from ..hard_goals import Goal, hardest, linear_goals, motion_goals
 from ..rig_variations import with_delay
 from ..scenarios import Scenario
 from ..sensors import settling_band

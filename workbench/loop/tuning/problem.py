@@ -7,9 +7,8 @@ from typing import Any
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
 from ...rigs.rig import Rig
-from ..conditions import Conditions
-from ..limits import POSITIONS, Limits
-from ..scenarios import Scenario
+from ..rig_variations import Conditions
+from ..scenarios import POSITIONS, Limits, Scenario
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
 USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any

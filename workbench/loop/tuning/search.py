@@ -1,4 +1,8 @@
-"""The search itself: designs asked for and judged in parts, and between them harder plants to judge them on."""
+"""The search itself: designs asked for and judged in parts, and between them harder plants to judge them on.
+
+Designs are tried by evolution of the searched numbers, each from 0 at its low to 1 at its high end, by the covariance
+matrix adaptation of Hansen and Ostermeier, Evolutionary Computation 9(2), 2001.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -6,19 +10,76 @@ from functools import partial
 from math import ceil
 from typing import Any
 
+import numpy as np
+from cmaes import CMA
+
 from ...base.checkpoint import Progress, Stage
 from ...base.process_pool import Jobs, ProcessPool, process_pool
 from ..hard_goals import Goal
 from .goals import Goals, Plants, Trial, Verdict
-from .problem import TuneProblem
-from .sampler import TOGETHER, Sampler
+from .problem import Searched, TuneProblem
 
+TOGETHER = 12  # designs of a generation: none is learnt from before all are judged
+_WIDTH = 0.15  # of the ranges: how far about the start the first generation lies
+_OF_WEIGHTS = 0.2  # of that for a network's: most of the first generation are stable loops, as the start is
+_NARROW = 1e-3  # of the ranges: a generation within it has come to rest
 PARTS = 10  # of a search: after each the plants that are hardest for its best design join those that count
 _LEADING = 25  # designs that are judged again when plants have joined
 
 Values = Mapping[str, float]
 Task = Callable[[Goals], Any]  # what a process does on the goals that it made
 Pool = ProcessPool[Task, Any]
+
+
+class Sampler:
+    """Asks for designs, and learns from the scores of a generation at a time, small ones being good.
+
+    Where the population has come to rest, a new one starts about the best design so far.
+    """
+
+    def __init__(self, searched: Sequence[Searched], seed: int) -> None:
+        self._searched, self._seed = searched, seed
+        self._best = np.array([_share(number, number.start) for number in searched]), np.inf
+        self._evolution = self._about_the_best()
+        self._judged: list[tuple[np.ndarray, float]] = []
+
+    def ask(self) -> np.ndarray:
+        """A design as shares of the ranges [k]."""
+        return self._evolution.ask()
+
+    def values(self, shares: np.ndarray) -> dict[str, float]:
+        """The numbers of a design by name, each in its unit."""
+        every = zip(self._searched, shares.tolist(), strict=True)
+        return {number.name: number.rounded(_value(number, share)) for number, share in every}
+
+    def tell(self, shares: np.ndarray, score: float) -> None:
+        """How good a design is that was asked for."""
+        self._judged.append((shares, score))
+        if score < self._best[1]:
+            self._best = shares, score
+        if len(self._judged) == TOGETHER:
+            self._evolution.tell(self._judged)
+            if np.ptp([shares for shares, _ in self._judged], axis=0).max() < _NARROW:
+                self._evolution = self._about_the_best()
+            self._judged = []
+
+    def _about_the_best(self) -> CMA:
+        self._seed += 1
+        bounds = np.tile([0.0, 1.0], (len(self._searched), 1))
+        shape = np.diag([_OF_WEIGHTS**2 if number.is_weight else 1.0 for number in self._searched])
+        return CMA(self._best[0], _WIDTH, bounds=bounds, seed=self._seed, population_size=TOGETHER, cov=shape)
+
+
+def _share(number: Searched, value: float) -> float:
+    if number.log:
+        return float(np.log(value / number.low) / np.log(number.high / number.low))
+    return (value - number.low) / (number.high - number.low)
+
+
+def _value(number: Searched, share: float) -> float:
+    if number.log:
+        return float(number.low * (number.high / number.low) ** share)
+    return number.low + share * (number.high - number.low)
 
 
 def search(
