@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from workbench.control.law import LawController
-from workbench.control.linear_observer import LinearObserver, ObservedPlant
+from workbench.control.linear_model import LinearObserver, ObservedPlant
 from workbench.control.protocol import design_numbers, number
 from workbench.rigs.linear_rig import LinearRig
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from workbench.control.law import LawController
-from workbench.control.linear_observer import LinearObserver, ObservedPlant
+from workbench.control.linear_model import LinearObserver, ObservedPlant
 from workbench.control.mpc_qp import Braking, Limits, ReferenceGovernor, build_horizon
 from workbench.control.planned_law import PlannedLaw, planned_law
 from workbench.control.protocol import design_numbers, number

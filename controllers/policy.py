@@ -19,8 +19,7 @@ is a row of A, and a scaled observation (signal - zero) / full scale is a row of
 from typing import ClassVar, Literal
 
 from workbench.control.law import LawController, static_law
-from workbench.control.network import Network
-from workbench.control.network_file import read_network
+from workbench.control.network import Network, read_network
 from workbench.control.protocol import design_numbers, from_file
 from workbench.control.shell import around
 

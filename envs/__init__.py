@@ -3,7 +3,7 @@
     env = gymnasium.make("envs:JackPosition-v0", task="position-sensors")
     many = gymnasium.make_vec("envs:JackForce-v0", num_envs=256, task="force")
 
-hexapod          Hexapod-v0: a platform on six jacks, brought into a pose; hexapod_core, its episodes
+hexapod          Hexapod-v0: a platform on six jacks, brought into a pose
 bench            JackBench-v0, in a folder of its own: what a policy adds to a tuned law, rewarded as a bench judges it
 single, vector   one jack, and many side by side; thin shells over the core, documented as Gymnasium does
 one_lane         spaces and checks; what the single ones share: episode, pictures

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_loops import run_loop
 
 from workbench.cli import main
 from workbench.commands.capability.platform_played import leg_loops
@@ -27,13 +28,11 @@ from workbench.loop.performance.drive import (
     smallest,
     valve_choices,
 )
-from workbench.loop.performance.followed import followed
-from workbench.loop.performance.reached import reached
+from workbench.loop.performance.reached import followed, reached
 from workbench.loop.platform.reached import reached_along
+from workbench.loop.platform.rows import followed_along
 from workbench.loop.platform.setup import platform_setup
-from workbench.loop.platform.sines import followed_along
 from workbench.loop.rows import linear_loops, loop_setup
-from workbench.loop.sampled_loop import run_loop
 from workbench.plant.valve.supply import supply_power
 from workbench.records import Record
 from workbench.records.write import write_csv

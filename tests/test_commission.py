@@ -21,9 +21,16 @@ from workbench.link.client import LinkClient
 from workbench.link.commissioning import designs
 from workbench.link.commissioning.allowed import allowed, doubted, smaller, standard_records
 from workbench.link.commissioning.designs import exactly
-from workbench.link.commissioning.looks import WAY, check_rest, check_sides, small_moves
 from workbench.link.commissioning.obstacles import Barred
-from workbench.link.commissioning.relay import Relay, relay_reference, relay_ways
+from workbench.link.commissioning.relay import (
+    WAY,
+    Relay,
+    check_rest,
+    check_sides,
+    relay_reference,
+    relay_ways,
+    small_moves,
+)
 from workbench.link.commissioning.rig_time import RigTime
 from workbench.link.commissioning.verify import best_way
 from workbench.link.course import play_course, rest_record

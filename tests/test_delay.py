@@ -6,6 +6,7 @@ import control
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from made_loops import run_loop
 
 from controllers.p import P
 from workbench.base.errors import InputError
@@ -16,7 +17,7 @@ from workbench.linear.frequency_response import stepped_sine
 from workbench.linear.state_space import sampled_response
 from workbench.loop.describing_function import closed_loop_sine
 from workbench.loop.margins import linear_loop
-from workbench.loop.sampled_loop import SampledLoop, run_loop
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build, build_pilot_bench, build_valve_bench
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse

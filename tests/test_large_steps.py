@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_loops import run_loop
 
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.rig_variations import with_delay
-from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "large_steps.toml"

@@ -7,8 +7,7 @@ import pytest
 import workbench as wb
 from controllers import AccelerationFeedback, LinearCrone, LinearCrone1, LinearLqg, LinearMpc, P, PidLead
 from workbench.base.errors import InputError
-from workbench.control.linear_model import LinearModel
-from workbench.control.linear_observer import sampled_model
+from workbench.control.linear_model import LinearModel, sampled_model
 from workbench.linear import as_state_space
 from workbench.loop.reach import check_reach
 from workbench.loop.rows import loop_setup

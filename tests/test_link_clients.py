@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_links import at, jack_bench, served
+from made_loops import run_loop
 
 from controllers.p import P
 from workbench.engine import Engine
 from workbench.linear import equilibrium
-from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build
 
 FOLDER = Path(__file__).parents[1] / "examples" / "link"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_loops import run_loop
 
 from controllers.p import P
 from workbench.base.errors import InputError
@@ -11,7 +12,7 @@ from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop import step_metrics as metrics
 from workbench.loop.margins import linear_loop
-from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop, run_loop
+from workbench.loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
 from workbench.rigs.rig_file import load_rig

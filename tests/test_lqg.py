@@ -3,12 +3,12 @@
 import control
 import numpy as np
 import pytest
+from made_loops import run_loop
 
 from controllers.lqg import Lqg
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear import discretise
 from workbench.loop.margins import linear_loop
-from workbench.loop.sampled_loop import run_loop
 from workbench.loop.step_metrics import overshoot, settling_time
 
 PERIOD = 1e-3

@@ -6,6 +6,7 @@ from weakref import ref
 
 import numpy as np
 import pytest
+from made_loops import run_loop
 from made_mpc import FREE, JACK, PERIOD, made, planned, shipped, shipped_spec, ungoverned
 
 from controllers.lap_inverse import LapInverse
@@ -22,7 +23,7 @@ from workbench.linear import equilibrium
 from workbench.loop.margins import linear_loop
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.rows import loop_setup, play
-from workbench.loop.sampled_loop import SampledLoop, run_loop
+from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import settling_band
 from workbench.plant import build
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_loops import run_loop
 from made_mpc import FREE, PERIOD, made, planned, shipped_spec
 
 from controllers.feedforward import FeedForward
@@ -14,7 +15,6 @@ from workbench.control.controller_type import controller
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.rig_variations import with_delay
-from workbench.loop.sampled_loop import run_loop
 from workbench.plant import build
 
 RIGS = load_tune(experiment("tune_mpc")).rigs

@@ -15,8 +15,7 @@ from workbench.base.errors import InputError
 from workbench.commands.run.config import load_config
 from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
-from workbench.control.network import Memory, Network
-from workbench.control.network_file import read_network
+from workbench.control.network import Memory, Network, read_network
 from workbench.control.protocol import Controller, graph_law, linear_view
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -151,13 +150,16 @@ def test_by_itself_it_is_its_formulas(hold):
     network = deep_network(5, decision=hold * PERIOD)
     answers, (reference, measured) = commands(Policy(PolicyDesign(network), PERIOD), 5), signals(5)
     past, decided = np.zeros(3), []
-    offset = -network.commands(past[None], np.zeros((1, 4)))[0]
+    (w1, b1), (w2, b2), (w3, b3) = network.layers
+
+    def command(s):
+        z = np.clip(network.C @ past + network.D @ s + network.shift, -2, 2)
+        return 0.02 * np.clip(w3 @ np.tanh(w2 @ np.tanh(w1 @ z + b1) + b2) + b3, -1, 1)[0]
+
+    offset = -command(np.zeros(4))
     for first in range(0, len(reference), hold):
         s = np.array([reference[first], *measured[first].values()])
-        z = np.clip(network.C @ past + network.D @ s + network.shift, -2, 2)
-        (w1, b1), (w2, b2), (w3, b3) = network.layers
-        a = np.clip(w3 @ np.tanh(w2 @ np.tanh(w1 @ z + b1) + b2) + b3, -1, 1)[0]
-        decided += [offset + 0.02 * a] * hold
+        decided += [offset + command(s)] * hold
         past = network.A @ past + network.B @ np.append(s, decided[-1])
     np.testing.assert_allclose(answers, decided[: len(answers)], atol=1e-12)
 

@@ -39,7 +39,7 @@ from workbench.identify.watch.naming import Name
 from workbench.identify.watch.told import Told
 from workbench.link.commissioning.allowed import allowed, safe
 from workbench.loop.drive_simulation import drive
-from workbench.loop.performance.followed import followed
+from workbench.loop.performance.reached import followed
 from workbench.loop.scenarios import scenario
 from workbench.records.excitation import excitation
 from workbench.report import Table
@@ -189,7 +189,7 @@ def test_limits_of_lines_without_a_value_are_limits():
 
 def test_what_has_no_linear_view_was_not_tried_at_one_hertz(monkeypatch):
     """The lines of capability give followed.uncontrolled as the reason."""
-    monkeypatch.setattr("workbench.loop.performance.followed.played_sines", lambda *_: [point] * 9)
+    monkeypatch.setattr("workbench.loop.performance.reached.played_sines", lambda *_: [point] * 9)
     point = stand_in(response=1.0, settled=True)
     blind = stand_in(closed=None)
     setup = stand_in(engine=None, null=None, rig=load_rig("jack-10t"))

@@ -9,7 +9,7 @@ from made_plants import carriage
 from workbench.commands.common.step_experiment import load_steps
 from workbench.engine.collocation import Motion
 from workbench.engine.nearest import Windows, Wish, nearest_course
-from workbench.loop.limit_task import BELOW, NO_CHAMBERS
+from workbench.loop.limit import BELOW, NO_CHAMBERS
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.scenarios import SCENARIOS, Scenario
 from workbench.loop.tracking_limit import tracking_limit

@@ -14,7 +14,7 @@ from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.commands.train.config import load_train
 from workbench.commands.train.unseen import unseen_rows
-from workbench.control.network_file import read_network
+from workbench.control.network import read_network
 from workbench.loop import envelope
 from workbench.loop.hard_goals import largest_ms
 from workbench.loop.tuning.goals import tuning_envelope

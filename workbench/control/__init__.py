@@ -12,10 +12,10 @@ reference_plan         a motion planned of a reference, with the command for its
 automatic_tuning       gains by rules from small moves, without a model
 sine_control           amplitude, phase and harmonics of sines corrected as measured
 second_order_sections  sampled linear laws
-network, network_file, network_law    trained networks: arrays, their files, what they add to a law
+network, network_law   trained networks: arrays, their files, what they add to a law
 piecewise_linear       schedules and maps of the command as graphs
 jack_model, inner_loop    the jack as an outer controller sees it
-linear_model, linear_observer    a linear plant of the user's own as its designs see it
+linear_model           a linear plant of the user's own as its designs see it
 kalman_observer, mpc_qp    what model-based controllers share
 planned_step, planned_law    a predictive law: a sample of it, and the law
 crone, fractional      fractional design; fractional systems as objects

@@ -9,8 +9,7 @@ capability, trajectories, own_references    what a rig can give a motion; motion
 rig_variations            on which rigs, known how well, with which delay and noise
 step_metrics, rows        step metrics; these and the margins as one row, and their spread over rigs
 sampled_lanes, open_loops, margins    sampled plants, one or many; loops on them over frequency; their poles and margins
-limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows;
-                          limit_task is what both share
+limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows
 overshoots                overshoot of a position loop by what the design did not know
 describing_function, sine_margins    closed-loop frequency response by stepped sine; margins by it
 stiffness_and_noise       dynamic stiffness; RMS of the command from sensor noise

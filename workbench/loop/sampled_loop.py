@@ -166,10 +166,3 @@ def closing_parameters(plant: Plant, valve: ShutOff, periods: int, period: float
     p = plant.p.copy()
     p[plant.parameters.index("n")] *= valve.opening((periods + 0.5) * period)
     return p
-
-
-def run_loop(
-    engine: Engine, rig: Rig, controller: Controller, start: Equilibrium, reference: np.ndarray, seed: int | None = None
-) -> LoopRun:
-    """A SampledLoop run once over `reference` [k]."""
-    return SampledLoop(engine, rig, controller, start, seed).run(reference)

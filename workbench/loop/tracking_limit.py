@@ -13,7 +13,7 @@ from ..engine import nearest
 from ..engine.nearest import Windows, Wish, nearest_course
 from ..rigs.rig import Rig
 from .capability import oil_stiffness
-from .limit_task import BELOW, NO_CHAMBERS, kept, motion_from, signals_of
+from .limit import BELOW, NO_CHAMBERS, kept, motion_from, signals_of
 from .scenarios import Scenario
 
 _INTERVAL = 1e-3  # s: the longest; a longer one does not resolve the spool

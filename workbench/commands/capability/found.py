@@ -8,8 +8,7 @@ import numpy as np
 from ...control.controller_spec import ControllerSpec
 from ...loop.performance.bounds import Envelope
 from ...loop.performance.drive import Choice, Demands
-from ...loop.performance.followed import Followed
-from ...loop.performance.reached import Reached
+from ...loop.performance.reached import Followed, Reached
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,7 @@ import numpy as np
 from ...identify.acceptance.row import Row
 from ...loop.performance.bounds import BOUNDS, Envelope
 from ...loop.performance.drive import CatalogueValve, Choice, smallest
-from ...loop.performance.followed import SHARES
-from ...loop.performance.reached import NEAR, Reached
+from ...loop.performance.reached import NEAR, SHARES, Reached
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.table import Cell
 from ..common.sheet_page import sheet_page

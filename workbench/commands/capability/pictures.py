@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loop.performance.bounds import Envelope
-from ...loop.performance.followed import Followed
-from ...loop.performance.reached import Reached
+from ...loop.performance.reached import Followed, Reached
 from ...report import Curve, Figure, Panel, Style
 
 _DEEP = 1e-3  # of the largest speed, down to which a picture goes

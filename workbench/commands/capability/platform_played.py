@@ -11,11 +11,10 @@ from ...identify.acceptance.row import Row
 from ...loop.describing_function import sampled_frequencies
 from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Envelope
-from ...loop.performance.followed import Followed
-from ...loop.performance.reached import Reached
+from ...loop.performance.reached import Followed, Reached
 from ...loop.platform.reached import reached_along
+from ...loop.platform.rows import followed_along
 from ...loop.platform.setup import PlatformSetup, platform_setup
-from ...loop.platform.sines import followed_along
 from ...loop.rows import loop_setup
 from ...report import Curve, Table
 from .page import reached_cells

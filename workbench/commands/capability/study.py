@@ -15,8 +15,7 @@ from ...loop.drive_simulation import drive
 from ...loop.performance.bounds import Drive, Envelope, envelope
 from ...loop.performance.carried import carried_by_jack
 from ...loop.performance.drive import Choice, demands, pump_choices, valve_choices
-from ...loop.performance.followed import Followed, followed, highest
-from ...loop.performance.reached import PLAYED, Reached, reached
+from ...loop.performance.reached import PLAYED, Followed, Reached, followed, highest, reached
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LoopSetup, linear_loops, loop_setup
 from ..common.design_numbers import Subject

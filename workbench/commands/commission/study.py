@@ -12,9 +12,8 @@ from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import Allowed, allowed, doubted, safe, standard_records
-from ...link.commissioning.looks import WAY, check_rest, check_sides, small_moves
 from ...link.commissioning.obstacles import Barred, obstacles
-from ...link.commissioning.relay import lets_go, relay_ways, with_dither
+from ...link.commissioning.relay import WAY, check_rest, check_sides, lets_go, relay_ways, small_moves, with_dither
 from ...link.commissioning.rig_time import AGAIN, Computing, RigTime
 from ...link.commissioning.verify import (
     SINE,

@@ -11,9 +11,8 @@ from ...linear.platform_modes import PlatformMode, platform_modes
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import PLANES, WorstPose, outline, reach, worst_poses
 from ...loop.platform.record import Played, check_motion, play
-from ...loop.platform.rows import judge_platform, judge_variations
+from ...loop.platform.rows import PlatformSine, judge_platform, judge_variations, platform_sine
 from ...loop.platform.setup import PlatformSetup, platform_setup
-from ...loop.platform.sines import PlatformSine, platform_sine
 from ...loop.platform.transfer import JUDGED, PlatformTransfer
 from ...rigs.platform import AXES
 from ..common.outcome import Outcome, Progress, Stage

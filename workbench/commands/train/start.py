@@ -10,8 +10,7 @@ import numpy as np
 
 from ...base.table import Table
 from ...base.units import Spec
-from ...control.network import Layer, Memory, Network
-from ...control.network_file import read_network
+from ...control.network import Layer, Memory, Network, read_network
 from ...rigs.rig import Rig
 
 POLICY, ON_TOP = "controllers.policy:Policy", "controllers.policy:PolicyOn"

@@ -1,7 +1,7 @@
 """What a commissioning does at the live rig, and how it judges that.
 
-relay        a relay whose command grows until the jack moves: small moves of any rig; a dither that frees a valve
-looks        the rig at rest and in small moves: is it what the datasheet says, as far as that shows at once?
+relay        a relay whose command grows until the jack moves: small moves of any rig; a dither that frees a valve; is
+             the rig at rest and in small moves what the datasheet says, as far as that shows at once?
 rig_time     what is played on the rig: recorded, kept, no longer than is allowed; how long may be computed
 allowed      the plants that bounds or recordings allow: each motion of any command is played on all of them first, and
              records that the worst of them still takes

@@ -4,13 +4,12 @@ setup           a platform as built: plant, engine, operating point, what decoup
 loop, compiled  a loop, run in Python or compiled; the sensors of its legs, and what comes in at each instant
 transfer        poles, sensitivity, and the linear transfer of the pose, 6 x 6
 steps           steps along one axis, by name; how far platforms are drawn
-rows, sines     what is measured in steps and in sines, with what the other axes do; a controller judged by both
+rows            what is measured in steps and in sines, with what the other axes do; a controller judged by both
 robustness      platforms drawn over payload, pose and legs; loops and steps on them
-poses           roads, recorded courses and accelerations as poses at the control period
 excitation      motions that tell the axes apart, as large as the legs take them
 measured        the 6 x 6 transfer as it is measured, with its uncertainty
 learning        a drive file of six axes, learned
-record          a recorded motion, checked, played and learned
+record          roads, recorded courses and accelerations as poses at the control period, checked, played and learned
 reached         sines inside and outside an axis's envelope; what a loop follows of it is in sines
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """

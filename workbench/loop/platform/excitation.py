@@ -12,8 +12,7 @@ from ...rigs.platform import AXES, Platform
 from ..capability import capability
 from ..drive_simulation import drive
 from .loop import PlatformRun, run_platform
-from .poses import REST
-from .record import check_motion
+from .record import REST, check_motion
 from .setup import PlatformSetup
 
 T = TypeVar("T")

@@ -18,8 +18,7 @@ from ...control.platform_controller import LEGS, PlatformController
 from ...records.excitation import Multisine, harmonics
 from .compiled import LegSensors
 from .loop import PlatformRun, run_platform
-from .poses import REST
-from .record import check_motion
+from .record import REST, check_motion
 from .setup import PlatformSetup
 
 REALIZATIONS = 4
