@@ -7,7 +7,7 @@ faults, fault_trial       faults, and the loop in which one begins; one from eac
 scenarios, reach          what a loop is asked for, with the limits of its goals, and whether a rig can do it
 capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
 rig_variations            on which rigs, known how well, with which delay and noise
-step_metrics, rows        step metrics; these and the margins as one row, and their spread over rigs
+step_metrics, metrics, rows    step metrics, each declared once; these and the margins as one row; spread over rigs
 sampled_lanes, open_loops, margins    sampled plants, one or many; loops on them over frequency; their poles and margins
 limit, tracking_limit     the soonest that an optimiser settles a known rig, the nearest that it follows
 overshoots                overshoot of a position loop by what the design did not know
