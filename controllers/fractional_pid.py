@@ -1,7 +1,7 @@
 """Fractional PID: integral and derivative of any order up to two, anti-windup on the realised command."""
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,10 +9,8 @@ from workbench.control.crone.oustaloup import power
 from workbench.control.fractional.realisation import partial_fractions
 from workbench.control.law import LawController, linear_law
 from workbench.control.protocol import design_numbers, number
+from workbench.engine import lazy_casadi as ca
 from workbench.linear.state_space import Matrices, tustin
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 
 class FractionalPid(LawController):

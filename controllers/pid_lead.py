@@ -1,15 +1,13 @@
 """PID with a lead corrector on the position error: filtered derivative, anti-windup on the realised command."""
 
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from workbench.control.law import Law, LawController
 from workbench.control.protocol import design_numbers, number
-
-if TYPE_CHECKING:
-    import casadi as ca
+from workbench.engine import lazy_casadi as ca
 
 
 class PidLead(LawController):

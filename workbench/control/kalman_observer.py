@@ -3,16 +3,13 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from .jack_model import JackModel
 from .law import Law, linear_law
 from .protocol import design_numbers, number
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 
 @design_numbers
@@ -80,8 +77,6 @@ class Observer(ABC):
         a, b = self.ahead @ corrected, np.hstack((np.zeros((len(corrected), 1)), self.ahead @ signals))
 
         def start(s: "ca.SX", u: "ca.SX") -> tuple["ca.SX", float]:
-            import casadi as ca
-
             return ca.DM(starting) @ ca.vertcat(s[1:], s[0], u), 0.0
 
         return linear_law(a, b, c, d, self.entering, self.measures, period, start)

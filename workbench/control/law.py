@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.recent import Recent
+from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace
 
 if TYPE_CHECKING:
-    import casadi as ca
-
     from ..engine.buffered import BufferedFunction
     from ..engine.sampled_law import LawGraphs
     from .planned_law import PlannedLaw
@@ -88,8 +87,6 @@ class Law:
         `states`: names, with sizes where they are vectors. A `key` is all that the graphs depend on: laws of one key
         share them.
         """
-        import casadi as ca
-
         sizes = dict(states) if isinstance(states, Mapping) else dict.fromkeys(states, 1)
         values = {name: np.ravel(value) for name, value in numbers.items()}
         widths = {name: value.size for name, value in values.items()}
@@ -117,8 +114,6 @@ class Law:
     @cached_property
     def start(self) -> "ca.Function":
         """(s [1 + m], u) -> (x, o), all references alike."""
-        import casadi as ca
-
         s, u = ca.SX.sym("s", 1 + len(self.measures)), ca.SX.sym("u")
         x, offset = self.beginning(s, u)
         return ca.Function("start", [s, u], [ca.densify(ca.SX(x)), ca.densify(ca.SX(offset))])
@@ -212,8 +207,6 @@ def _filled(law: Law, states: int) -> Law:
 
 
 def _with_states(law: Law, states: int) -> Law:
-    import casadi as ca
-
     own, more = law.matrices, (0, states - law.states)
     assert own is not None
 
@@ -238,8 +231,6 @@ def linear_law(
 ) -> Law:
     """A law of matrices. Without a `start` it has no integrators: its states rest at the signals, o makes up the
     command."""
-    import casadi as ca
-
     n, m = len(a), len(d)
     numbers = np.concatenate([np.ravel(part) for part in (a, b, c, d, e)])
 
@@ -265,8 +256,6 @@ def resting(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> Begin
     through = c @ at_rest + d
 
     def beginning(s: "ca.SX", u: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
-        import casadi as ca
-
         return ca.DM(at_rest) @ s, u - ca.DM(through).T @ s
 
     return beginning
@@ -275,8 +264,6 @@ def resting(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> Begin
 def law_of_view(view: StateSpace, measures: tuple[str, ...]) -> Law:
     """A law of a linear view, (reference, *measures) -> command, which takes the drive for doing what is demanded. Its
     states begin at rest at 0, and o makes up the command."""
-    import casadi as ca
-
     a, b, c, d = view.matrices
 
     def start(s: ca.SX, u: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -300,8 +287,6 @@ def law_graphs(output: Output, advance: Output, sizes: tuple[int, int, int], key
 
 
 def _graphs(output: Output, advance: Output, sizes: tuple[int, int, int]) -> "LawGraphs":
-    import casadi as ca
-
     from ..engine.sampled_law import LawGraphs
 
     x, s, q = (ca.SX.sym(name, size) for name, size in zip("xsq", sizes, strict=True))
@@ -325,8 +310,6 @@ _FILLED: Recent[tuple[Law, int], Law] = Recent(_ROOM, lambda law: _size(law.grap
 
 def parted(vector: "ca.SX", sizes: Mapping[str, int]) -> SimpleNamespace:
     """The parts of a vector by name."""
-    import casadi as ca
-
     ends = np.cumsum([0, *sizes.values()]).tolist()
     return SimpleNamespace(**dict(zip(sizes, ca.vertsplit(vector, ends), strict=True)))
 

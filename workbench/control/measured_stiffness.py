@@ -3,16 +3,13 @@
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace
 from .compensators import weighted
 from .shell import Passed, Shell, Signals
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 _BAND = 3.0, 30.0  # Hz: in which force and position are compared, clear of drift and of noise
 _SHARE = 0.2  # of what a sample says that is taken, where force and reference are well above the noise
@@ -41,8 +38,6 @@ class StiffnessMeter:
 
     def rest(self, force: "ca.SX", position: "ca.SX") -> "ca.SX":
         """The state [8] at rest: that of three filters, the compliance, and the force there."""
-        import casadi as ca
-
         at_rest = ca.DM(np.linalg.solve(np.eye(2) - self._band.A, self._band.B[:, 0]))
         bands = [at_rest * level for level in (force, force, position)]
         return ca.vertcat(*bands, 1 / self.stiffest, force)
@@ -61,8 +56,6 @@ class StiffnessMeter:
 
     def advance(self, state: "ca.SX", signals: "ca.SX", numbers: "ca.SX") -> "ca.SX":
         """The state after a sample of (r, F, x), as a graph."""
-        import casadi as ca
-
         least, most, noise = ca.vertsplit(numbers[:3])
         a, b, c, d = ca.reshape(numbers[3:7], 2, 2).T, numbers[7:9], numbers[9:11], numbers[11]
         inside = [state[2 * i : 2 * i + 2] for i in range(_SIGNALS)]
@@ -116,8 +109,6 @@ class MeasuredStiffnessShell(Shell):
         return Passed({"reference": reference, "force": base + factor * (s["force"] - base)})
 
     def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         return self._meter.advance(w, ca.vertcat(q[0] * s["reference"], s["force"], s["position"]), q[1:])
 
     def settled(self, w: np.ndarray, at: Mapping[str, float]) -> np.ndarray:

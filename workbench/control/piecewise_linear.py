@@ -1,14 +1,11 @@
 """Piecewise linear functions of one variable: schedules of a gain, and static maps of the command."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.errors import InputError
-
-if TYPE_CHECKING:
-    import casadi as ca
+from ..engine import lazy_casadi as ca
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +65,6 @@ def interpolated(at: "ca.SX", values: "ca.SX", x: "ca.SX") -> "ca.SX":
 
     A sum of bends, so that the slope at a point is that of one of its sides: rounding decides at most which.
     """
-    import casadi as ca
-
     slopes = (values[1:] - values[:-1]) / (at[1:] - at[:-1])
     bends = ca.vertcat(slopes, 0) - ca.vertcat(0, slopes)
     return values[0] + ca.dot(bends, ca.fmax(x - at, 0))

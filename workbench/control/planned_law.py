@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from ..engine.kernel import Kernel, KernelShape
 from .kalman_observer import Observer, StateLaw
 from .law import Law, flat_names, law_graphs
@@ -154,8 +155,6 @@ def osqp_step(planned: PlannedLaw, kernel: Kernel) -> Callable[[np.ndarray], np.
 def planned_law(planned: PlannedLaw, period: float) -> Law:
     """The law: x is the filter's state, the last finite reference, the command before, and in how many samples the plan
     did not keep every limit."""
-    import casadi as ca
-
     n, measures, kernel = len(planned.law.feedback), planned.observer.measures, planned.kernel
     preview, called = planned.feedforward.shape[1] - 1, kernel.shape.graph
     starting, stroke = planned.observer.starting(planned.law), planned.governor.stroke

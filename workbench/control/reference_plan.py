@@ -10,15 +10,12 @@ the oil is softest at mid stroke, x = 0, and stiffer towards the ends of its col
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.errors import InputError
+from ..engine import lazy_casadi as ca
 from .shell import Passed, Shell, Signals
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 PAST = 64  # periods of the motion that are kept
 _FLOW_LEFT = 0.1  # of the declared pressure drop, which is counted on at least
@@ -74,8 +71,6 @@ class ReferencePlan(Shell):
         return tuple(dict.fromkeys((*inner, *(name for name in needed if needed[name]))))
 
     def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         return ca.vertcat(*[s["reference"]] * PAST, 0, 0)
 
     def _numbers(self) -> np.ndarray:
@@ -99,8 +94,6 @@ class ReferencePlan(Shell):
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
         """The planned reference, and the command for its flow."""
-        import casadi as ca
-
         base, line = w[0], w[:PAST] - w[0]
         reference, moving, springing, pressure = (ca.dot(q[i * PAST : (i + 1) * PAST], line) for i in range(4))
         drop, drain, measured, column, middle = ca.vertsplit(q[-5:])
@@ -114,8 +107,6 @@ class ReferencePlan(Shell):
     def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
         """Time-optimal in discrete time (Han, From PID to active disturbance rejection control, IEEE Trans. Industrial
         Electronics 56(3), 2009)."""
-        import casadi as ca
-
         most, acceleration, period = (q[5 * PAST + i] for i in range(3))
         position, speed = w[0], w[PAST]
         move = acceleration * period**2
@@ -132,8 +123,6 @@ class ReferencePlan(Shell):
         return self._lagging(w, q) + w[PAST + 1]
 
     def _lagging(self, w: "ca.SX", q: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         return q[5 * PAST + 3] * ca.dot(q[4 * PAST : 5 * PAST], w[:PAST] - w[0])
 
 

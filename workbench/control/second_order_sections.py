@@ -4,16 +4,14 @@ abstract controller of such sections on an error.
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from ..linear.interconnect import series
 from ..linear.state_space import StateSpace, state_space
 from .law import Law, LawController
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace
 from .law import Law, law_graphs, law_of_view
 from .protocol import Controller, fallbacks, linear_view, operating, preview
 
 if TYPE_CHECKING:
-    import casadi as ca
-
     from ..engine.buffered import BufferedFunction
 
 Signals = Mapping[str, "ca.SX"]
@@ -58,8 +57,6 @@ class Shell(ABC):
 
     def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
         """The state [states] at a start with a command u."""
-        import casadi as ca
-
         return ca.SX.zeros(len(self.names))
 
     @abstractmethod
@@ -87,8 +84,6 @@ class Shell(ABC):
 
 def around(inner: Law, shell: Shell) -> Law:
     """A law with a shell around it."""
-    import casadi as ca
-
     measures, n, k, ahead = shell.measures(inner.measures), inner.states, len(inner.numbers), inner.preview
 
     def named(s: ca.SX, i: int = 0) -> dict[str, ca.SX]:
@@ -224,8 +219,6 @@ class Around:
     @cached_property
     def _functions(self) -> "dict[str, BufferedFunction]":
         """rest(s, u), signals(w, s) -> (r, y) of the inner controller, forth, back and after(w, s, u), of numbers."""
-        import casadi as ca
-
         from ..engine.buffered import BufferedFunction
 
         shell, q = self._shell, ca.SX(ca.DM(self._shell.numbers))

@@ -1,15 +1,13 @@
 """The shells that are shipped: filters, maps, sines, a load cell in the place of a position."""
 
 from collections.abc import Hashable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace
 from .shell import Passed, Shell, Signals
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 
 class FilterShell(Shell):
@@ -36,13 +34,9 @@ class FilterShell(Shell):
         return tuple(name for name in dict.fromkeys((*inner, *heard)) if name != "reference")
 
     def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         return ca.DM(self._at_rest) @ self._heard(s)
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
-        import casadi as ca
-
         from .piecewise_linear import interpolated
 
         _, _, c, d, *table = self._parts(q)
@@ -54,20 +48,14 @@ class FilterShell(Shell):
         return Passed(forth=lambda u: u + out, back=lambda v: v - out)
 
     def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         a, b, *_ = self._parts(q)
         n, heard = len(self.names), self._heard(s)
         return ca.reshape(a, n, n).T @ w + ca.reshape(b, heard.numel(), n).T @ heard
 
     def _heard(self, s: Signals) -> "ca.SX":
-        import casadi as ca
-
         return ca.vertcat(*(s[name] for name in self.filter.input_labels))
 
     def _parts(self, q: "ca.SX") -> list["ca.SX"]:
-        import casadi as ca
-
         return ca.vertsplit(q, np.cumsum([0, *self._sizes]).tolist())
 
 
@@ -83,8 +71,6 @@ class MapShell(Shell):
         return "map", len(self.numbers)
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
-        import casadi as ca
-
         from .piecewise_linear import interpolated
 
         at, to = ca.vertsplit(q, len(self.numbers) // 2)
@@ -107,8 +93,6 @@ class SineShell(Shell):
         return "sine"
 
     def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         return ca.SX([0.0, self.amplitude])
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
@@ -116,8 +100,6 @@ class SineShell(Shell):
 
     def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
         """A turn from sample to sample."""
-        import casadi as ca
-
         return ca.vertcat(q[0] * w[0] + q[1] * w[1], q[0] * w[1] - q[1] * w[0])
 
     @property

@@ -21,16 +21,14 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
+from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace, transfer_function, tustin
 from .shell import Passed, Shell, Signals
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 _DAMPING = 0.5  # of the band-pass that splits the reference: it settles in a cycle
 _SIGMAS = 2.0  # of the noise: an error as large is corrected by half
@@ -109,8 +107,6 @@ class SineControl(Shell):
 
     def rest(self, s: Signals, u: "ca.SX") -> "ca.SX":
         """Nothing measured, G by the loop's response."""
-        import casadi as ca
-
         band, start = self._band, 1 / self.responses[0]
         x = ca.DM(np.linalg.solve(np.eye(2) - band.A, band.B[:, 0])) * s["reference"]
         learned = [(0, 0, 0, 0, 0, 0, inverse.real, inverse.imag) for inverse in 1 / np.array(self.responses[1:])]
@@ -139,8 +135,6 @@ class SineControl(Shell):
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
         """The loop's reference."""
-        import casadi as ca
-
         _, _, c, d, *_ = self._split(q)
         split = ca.reshape(c, 2, 2).T @ w[:2] + d * s["reference"]
         z, learned = _conjugate(split), w[3 + 2 * self._sums :]
@@ -152,8 +146,6 @@ class SineControl(Shell):
         return Passed({"reference": reference})
 
     def after(self, w: "ca.SX", s: Signals, v: "ca.SX", q: "ca.SX") -> "ca.SX":
-        import casadi as ca
-
         a, b, _, _, block, *_ = self._split(q)
         turn, settling, measured, *_ = ca.vertsplit(block)
         n, size, signals = w[2], self._sums, (s["reference"], s["position"])
@@ -173,8 +165,6 @@ class SineControl(Shell):
 
     def _learned(self, learned: "ca.SX", sums: list["ca.SX"], q: "ca.SX") -> "ca.SX":
         """G, how steady the sine is, and what is learned of the harmonics, after a block."""
-        import casadi as ca
-
         *_, block, squares = self._split(q)
         squares = ca.reshape(squares, self._sums, self._sums)
         asked, done = (squares @ each for each in sums)
@@ -193,8 +183,6 @@ class SineControl(Shell):
 
     def _sine(self, gain: "ca.SX", there: "ca.SX", noise: "ca.SX", most: "ca.SX") -> tuple["ca.SX", "ca.SX"]:
         """G after a block in which the position was `there` times what was asked for, and whether that is near 1."""
-        import casadi as ca
-
         error = ca.sumsqr(there - _one())
         step = _limited(_conjugate(there) / (ca.sumsqr(there) + _FAINT**2), _STEP)
         g = error / (error + noise + _FAINT**2)
@@ -205,8 +193,6 @@ def _harmonic(
     old: "ca.SX", harmonic: "ca.SX", noise: "ca.SX", most: "ca.SX", steady: "ca.SX", trusted: "ca.SX"
 ) -> "ca.SX":
     """What is learned of a harmonic; its secant counts as far as the sine was `trusted` in both blocks."""
-    import casadi as ca
-
     c, change, before, inverse = (old[2 * i : 2 * i + 2] for i in range(4))
     moved = harmonic - before
     power = ca.sumsqr(moved)
@@ -219,26 +205,18 @@ def _harmonic(
 
 
 def _one() -> "ca.SX":
-    import casadi as ca
-
     return ca.SX([1.0, 0.0])
 
 
 def _times(a: "ca.SX", b: "ca.SX") -> "ca.SX":
     """Of two complex numbers [2]."""
-    import casadi as ca
-
     return ca.vertcat(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0])
 
 
 def _conjugate(a: "ca.SX") -> "ca.SX":
-    import casadi as ca
-
     return ca.vertcat(a[0], -a[1])
 
 
 def _limited(a: "ca.SX", most: "ca.SX | float") -> "ca.SX":
     """A complex number [2] of a size at most."""
-    import casadi as ca
-
     return a * ca.fmin(1, most / ca.sqrt(ca.sumsqr(a) + _FAINT**2))

@@ -17,7 +17,7 @@ backend        the choice between compiled and interpreter; only the first needs
 compiled       machine code: tape and emit turn the graph into vector code of lanes, codegen and driver the loop around
                it (written with scalars, on the jobs of a run), vector_math the functions that LLVM lacks; object_cache
                keeps what was compiled; kernel, kernel_code and kernel_graph, loops that graphs call
-interpreter    the same by CasADi alone
+interpreter    the same by CasADi alone; lazy_casadi, which is imported when the first graph is built
 graph_cache    large graphs kept for the next start; buffered, small ones evaluated in fixed places
 floor          least time of an attempt: that of its divisions and roots
 peers          public solvers that the engine is measured against

@@ -1,0 +1,1 @@
+from casadi import *  # noqa: F403
