@@ -4,8 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.control.crone.crossover import DesignPlant, gain_for, order_for
 from workbench.control.crone.oustaloup import band
+from workbench.control.crone.template import DesignPlant, gain_for, order_for
 from workbench.control.jack_model import JackModel
 from workbench.control.protocol import design_numbers, number
 from workbench.control.second_order_sections import Factors, SectionController, integral, tustin

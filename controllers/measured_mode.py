@@ -2,14 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from workbench.control.jack_model import NominalJack
 from workbench.control.law import LawController
+from workbench.control.mode_law import NUMBERS, POWERS, ModeMeter, ModeSchedule, mode_law
 from workbench.control.protocol import design_numbers, number
-
-if TYPE_CHECKING:
-    from workbench.control.mode_law import ModeSchedule
 
 
 class OnMeasuredMode(LawController):
@@ -56,8 +54,6 @@ class OnMeasuredMode(LawController):
     measures: ClassVar[tuple[str, ...]] = ("position", "pa", "pb")
 
     def __init__(self, design: Design, period: float) -> None:
-        from workbench.control.mode_law import ModeMeter, mode_law
-
         self._meter = ModeMeter(design, period)
         super().__init__(mode_law(self._meter, schedule_of(design), design.column))
 
@@ -72,9 +68,8 @@ class OnMeasuredMode(LawController):
         return float(self.state[self._meter.states])
 
 
-def schedule_of(design: OnMeasuredMode.Design) -> "ModeSchedule":
+def schedule_of(design: OnMeasuredMode.Design) -> ModeSchedule:
     """The numbers of a design that what is measured schedules."""
-    from workbench.control.mode_law import NUMBERS, POWERS, ModeSchedule
 
     def picked(names: Iterable[str]) -> list[float]:
         return [getattr(design, name) for name in names]
@@ -84,6 +79,4 @@ def schedule_of(design: OnMeasuredMode.Design) -> "ModeSchedule":
 
 def frozen(design: OnMeasuredMode.Design, taken: float, m: float, c: float, g: float) -> OnMeasuredMode.Design:
     """A design whose start, and so its linear view, has taken over this share of m, c and g times nominal."""
-    from workbench.control.mode_law import NUMBERS
-
     return replace(design, **dict(zip(NUMBERS, schedule_of(design).numbers(taken, m, c, g), strict=True)))

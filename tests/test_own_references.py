@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.loop.capability import Capability
-from workbench.loop.own_references import sampled_record, slowed_record, too_fast
+from workbench.loop.reach import sampled_record, slowed_record, too_fast
 
 RIG = Capability(a0=90.0, v0=7.0, limit=5.0, mode=30.0)
 

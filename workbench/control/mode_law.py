@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
+from ..engine import lazy_casadi as ca
 from .compensators import weighted
 from .jack_model import NominalJack
 from .law import Law, flat_names, law_graphs
@@ -75,7 +75,7 @@ class ModeMeter:
         parts = [weighted([low, *[0.0] * (k + 1)], denominator, self.period, {"in": 1.0}) for k in range(_TAPS)]
         return parts[0].A, parts[0].B[:, 0], np.vstack([p.C for p in parts]), np.array([p.D[0, 0] for p in parts])
 
-    def rest(self, reference: ca.SX, position: ca.SX, pressure: ca.SX, command: ca.SX) -> ca.SX:
+    def rest(self, reference: "ca.SX", position: "ca.SX", pressure: "ca.SX", command: "ca.SX") -> "ca.SX":
         """The state at rest, when nothing has been measured; SI."""
         levels = {"x": position, "dp": pressure, "u": command, "r": reference}
         rest = [
@@ -83,7 +83,7 @@ class ModeMeter:
         ]
         return ca.vertcat(*rest, ca.DM.zeros(len(self.memory)))
 
-    def measured(self, state: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    def measured(self, state: "ca.SX") -> "tuple[ca.SX, ca.SX, ca.SX, ca.SX]":
         """m, c, g and the trust."""
         parts = _parts(state)
         cross, mass = ca.reshape(parts["cross"], 3, 3).T, parts["mass"]
@@ -93,12 +93,12 @@ class ModeMeter:
         return _within((mass[1] + _PRIOR) / (weight + _PRIOR)), _within(flow[1] * g), g, weight / (weight + _ENOUGH)
 
     @cached_property
-    def reading(self) -> ca.Function:
+    def reading(self) -> "ca.Function":
         """`measured` as a function of numbers."""
         x = ca.SX.sym("x", self.states)
         return ca.Function("reading", [x], list(self.measured(x)))
 
-    def advance(self, state: ca.SX, signals: ca.SX) -> ca.SX:
+    def advance(self, state: "ca.SX", signals: "ca.SX") -> "ca.SX":
         """The state after a sample of (r, x, p, u), u the command that the drive got."""
         jack = self.jack
         r, x, p, u = ca.vertsplit(signals)
@@ -119,7 +119,7 @@ class ModeMeter:
         return ca.vertcat(*after, ca.reshape(cross.T, 9, 1), asked, mass)
 
 
-def _parts(state: ca.SX) -> dict[str, ca.SX]:
+def _parts(state: "ca.SX") -> "dict[str, ca.SX]":
     ends = np.cumsum([0, *_SIZES.values()]).tolist()
     return dict(zip(_SIZES, ca.vertsplit(state, ends), strict=True))
 
@@ -129,11 +129,11 @@ def _second_order(frequency: float, damping: float) -> list[float]:
     return [1 / w**2, 2 * damping / w, 1]
 
 
-def _within(ratio: ca.SX) -> ca.SX:
+def _within(ratio: "ca.SX") -> "ca.SX":
     return ca.fmin(ca.fmax(ratio, _RANGE[0]), _RANGE[1])
 
 
-def _solved(a: ca.SX, b: ca.SX) -> ca.SX:
+def _solved(a: "ca.SX", b: "ca.SX") -> "ca.SX":
     """x of a x = b, three by three, by Cramer's rule."""
     rows = ca.horzsplit(a)
     volume = ca.dot(rows[0], ca.cross(rows[1], rows[2]))
@@ -150,7 +150,7 @@ class ModeSchedule:
     known: Sequence[Any]
     powers: Sequence[Any]
 
-    def numbers(self, taken: float | ca.SX, m: float | ca.SX, c: float | ca.SX, g: float | ca.SX) -> list[Any]:
+    def numbers(self, taken: "float | ca.SX", m: "float | ca.SX", c: "float | ca.SX", g: "float | ca.SX") -> list[Any]:
         """The law's numbers [8] where the share `taken` is of a plant with m, c and g times the nominal mass,
         compliance and velocity gain."""
         q = (m * c) ** -0.5
@@ -167,7 +167,7 @@ def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> Law:
     period, k = meter.period, len(NUMBERS)
     sums = meter.states
 
-    def read(x: ca.SX, s: ca.SX, q: ca.SX) -> tuple[list[ca.SX], ca.SX, ca.SX, ca.SX]:
+    def read(x: "ca.SX", s: "ca.SX", q: "ca.SX") -> tuple[list["ca.SX"], "ca.SX", "ca.SX", "ca.SX"]:
         """The numbers of the moment, the shaped reference, the pressure's and the feed-forward's part."""
         own, (r, y, pa, pb) = x[sums:], ca.vertsplit(s)
         parts = [ca.vertsplit(part) for part in ca.vertsplit(q[:-1], np.cumsum([0, k, k, len(POWERS)]).tolist())]
@@ -179,11 +179,11 @@ def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> Law:
         height = ca.fmax(1 - (y / q[-1]) ** 2, 0)
         return numbers, led, -pressure * height * (pa - pb - own[1]), velocity * f * (own[4] - own[5])
 
-    def output(x: ca.SX, s: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+    def output(x: "ca.SX", s: "ca.SX", o: "ca.SX", q: "ca.SX") -> "ca.SX":
         numbers, led, damping, forward = read(x, s, q)
         return numbers[0] * (led - s[1]) + damping + forward + o
 
-    def advance(x: ca.SX, s: ca.SX, v: ca.SX, o: ca.SX, q: ca.SX) -> ca.SX:
+    def advance(x: "ca.SX", s: "ca.SX", v: "ca.SX", o: "ca.SX", q: "ca.SX") -> "ca.SX":
         own, p = x[sums:], s[2] - s[3]
         numbers, led, _, _ = read(x, s, q)
         trust = meter.measured(x[:sums])[3]
@@ -198,7 +198,7 @@ def mode_law(meter: ModeMeter, schedule: ModeSchedule, column: float) -> Law:
         )
         return ca.vertcat(meter.advance(x[:sums], ca.vertcat(s[0], s[1], p, v)), *after)
 
-    def start(s: ca.SX, u: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def start(s: "ca.SX", u: "ca.SX") -> "tuple[ca.SX, ca.SX]":
         r, y, pa, pb = ca.vertsplit(s)
         x = ca.vertcat(meter.rest(r, y, pa - pb, u), 0, pa - pb, r, r, r, r)
         return x, u - schedule.fixed[0] * (r - y)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..engine import lazy_casadi as ca
 from ..linear.state_space import StateSpace
+from .piecewise_linear import interpolated
 from .shell import Passed, Shell, Signals
 
 
@@ -37,8 +38,6 @@ class FilterShell(Shell):
         return ca.DM(self._at_rest) @ self._heard(s)
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
-        from .piecewise_linear import interpolated
-
         _, _, c, d, *table = self._parts(q)
         out = ca.dot(c, w) + ca.dot(d, self._heard(s))
         if table:
@@ -71,8 +70,6 @@ class MapShell(Shell):
         return "map", len(self.numbers)
 
     def passed(self, w: "ca.SX", s: Signals, q: "ca.SX") -> Passed:
-        from .piecewise_linear import interpolated
-
         at, to = ca.vertsplit(q, len(self.numbers) // 2)
         return Passed(forth=lambda u: u + interpolated(at, to - at, u), back=lambda v: v + interpolated(to, at - to, v))
 

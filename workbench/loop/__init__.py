@@ -4,8 +4,8 @@ sampled_loop, guarded_controller    a sampled controller on the plant, behind th
 compiled_loop, compiled_controller, sensors    the same, compiled; what a rig's sensors say
 guard_numbers             a rig's numbers for the guard's rules, and what a leg of a platform carries
 faults, fault_trial       faults, and the loop in which one begins; one from each of three moments, what they came to
-scenarios, reach          what a loop is asked for, with the limits of its goals, and whether a rig can do it
-capability, trajectories, own_references    what a rig can give a motion; motions from rest to rest; recorded ones
+scenarios, reach          what a loop is asked for, with the limits of its goals; whether a rig can do it; recorded ones
+capability, trajectories    what a rig can give a motion; motions from rest to rest
 rig_variations            on which rigs, known how well, with which delay and noise
 step_metrics, metrics, rows    step metrics, each declared once; these and the margins as one row; spread over rigs
 sampled_lanes, open_loops, margins    sampled plants, one or many; loops on them over frequency; their poles and margins

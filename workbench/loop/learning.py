@@ -172,27 +172,19 @@ def learn(
     """
     first, again = play(0, reference, 1.0), play(-1, reference, 1.0)
     learned = Learned(reference, (first,), rms(first.measured - again.measured) / np.sqrt(2), "")
-    gain = 1.0
+    if first.tripped:
+        return replace(learned, stopped=f"the record itself trips the guard: {first.tripped}")
+    best, least, gain, change = first, learned.error(first), 1.0, np.nan
     for number in range(1, most + 1):
-        best = learned.best
-        if stopped := _stopped(learned, gain):
+        if stopped := STOPS[int(stops(least, learned.floor, gain, change))]:
             return replace(learned, stopped=stopped)
         iteration = play(number, learning.corrected(best.drive, reference - best.measured, gain), gain)
-        kept = iteration.tripped is None and learned.error(iteration) <= learned.error(best)
-        gain = gain if kept else gain / 2
+        error = learned.error(iteration)
+        kept = iteration.tripped is None and error <= least
+        change = 20 * np.log10(error / least) if iteration.tripped is None else np.nan
         learned = replace(learned, iterations=(*learned.iterations, replace(iteration, kept=kept)))
-    return replace(learned, stopped=_stopped(learned, gain) or f"{most} iterations")
-
-
-def _stopped(learned: Learned, gain: float) -> str:
-    """Why there is nothing more to learn; empty where there is."""
-    *before, last = learned.iterations
-    if learned.iterations[0].tripped:
-        return f"the record itself trips the guard: {last.tripped}"
-    kept = [iteration for iteration in before if iteration.kept]
-    judged = kept and last.tripped is None
-    change = 20 * np.log10(learned.error(last) / learned.error(kept[-1])) if judged else np.nan
-    return STOPS[int(stops(learned.error(learned.best), learned.floor, gain, change))]
+        best, least, gain = (iteration, error, gain) if kept else (best, least, gain / 2)
+    return replace(learned, stopped=STOPS[int(stops(least, learned.floor, gain, change))] or f"{most} iterations")
 
 
 @dataclass(frozen=True, eq=False)

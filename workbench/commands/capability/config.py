@@ -9,7 +9,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
 from ...identify.acceptance.row import Limit
-from ...loop.own_references import sampled_record
+from ...loop.reach import sampled_record
 from ...records import Record
 from ...records.frequency_sheet import Columns
 from ...rigs.rig import Rig

@@ -139,7 +139,7 @@ def _start(table: Table) -> dict[str, float]:
 def _waveform(name: str, table: Table, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
     """The course of a file, from its first row on."""
     from ...loop.capability import capability
-    from ...loop.own_references import sampled_record, slowed_record
+    from ...loop.reach import sampled_record, slowed_record
     from ...records.frequency_sheet import Columns
 
     if "size" in table:

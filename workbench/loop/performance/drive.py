@@ -13,8 +13,8 @@ import numpy as np
 
 from ...rigs.rig import Rig
 from ..capability import capability
+from .bounds import Demand, demanded, drawn_power, oil_speed
 from .carried import carried_by_jack
-from .lands import Demand, demanded, drawn_power, oil_speed
 
 MODE_SHARE = 0.5  # of the mode of mass and oil: the band of a drive file where none is given
 PRECHARGE, ADIABATIC = 0.9, 1.4  # of the lowest pressure; exponent of nitrogen's pressure over its volume

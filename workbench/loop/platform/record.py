@@ -12,7 +12,7 @@ from ...control.platform_controller import PlatformController
 from ...records.road import road
 from ...rigs.platform import Platform, leg_lengths
 from ..capability import capability
-from ..own_references import sampled_record
+from ..reach import sampled_record
 from .loop import PlatformRun, run_platform
 from .reach import MOST_CONDITION, check_poses, most_force, static_forces
 from .setup import PlatformSetup
