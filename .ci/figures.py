@@ -1,5 +1,8 @@
 """Holds the figures of PAGES to what the commands beside them print; words choose commands that contain them.
 
+With `--write` first, the numbers of tables by `{row}` are written anew, each in the digits that it has. What differs
+still stays and is listed: rows of more numbers than paths, numbers that became words, words, blocks of other kinds.
+
 A comment on a line of its own, `<!-- held: COMMAND: PATH ... -->`, says that each PATH of the command's metrics.json
 (chi2.after, rows[id=main_100_f3db].value) stands in the block that follows, rounded as it is written there. Where the
 paths name `{row}` the block is a table: they are read for the first cell of each row, and stand in that row in their
@@ -118,6 +121,29 @@ def misprinted_rows(block: str, metrics: Any, paths: list[str]) -> Iterator[str]
                 break
 
 
+def rewritten(text: str, only: str = "") -> str:
+    """A page with the numbers of its tables by `{row}` as their commands give them."""
+    for command, paths, block in claims(text):
+        if only in command and "{row}" in paths[0]:
+            head, lines = block.splitlines()[:2], block.splitlines()[2:]
+            text = text.replace(block, "\n".join([*head, *(_filled(line, done(command)[1], paths) for line in lines)]))
+    return text
+
+
+def _filled(line: str, metrics: Any, paths: list[str]) -> str:
+    name, _, cells = line.strip("| ").partition(" | ")
+    if len(re.findall(WORD, cells)) != len(paths):
+        return line
+    numbers = iter([value(metrics, path.replace("{row}", name)) for path in paths])
+
+    def written(word: re.Match[str]) -> str:
+        number = next(numbers)
+        stays = number is None or word[0].isalpha() or _rounded(number, word[0])
+        return word[0] if stays else f"{number:.{len(word[0].partition('.')[2])}f}"
+
+    return f"| {name} | {re.sub(WORD, written, cells)} |"
+
+
 def unheld(text: str) -> Iterator[str]:
     """The first line of each table with numbers that no comment holds, outside the pages and sections of NOT_HELD."""
     if text.partition("\n")[0].removeprefix("# ") in NOT_HELD:
@@ -169,16 +195,22 @@ def misprints(text: str, only: str = "") -> Iterator[str]:
             yield from (f"{command}: does not print: {part}" for part in parts if part not in printed)
 
 
-def main(only: str) -> int:
-    """Check the pages; 1 where a figure is wrong."""
+def main(only: str, write: bool = False) -> int:
+    """Check the pages, written anew first if that is asked for; 1 where a figure is wrong."""
     pages = {page: (ROOT / page).read_text("utf-8") for page in PAGES}
     if not any(only in command for text in pages.values() for command, *_ in [*claims(text), *PRINTED.findall(text)]):
         print(f"no command of the pages contains {only!r}")
         return 2
+    if write:
+        for page, text in pages.items():
+            if (anew := rewritten(text, only)) != text:
+                (ROOT / page).write_text(anew, "utf-8")
+                pages[page] = anew
     wrong = [f"{page}: {line}" for page, text in pages.items() for line in misprints(text, only)]
     print("\n".join(wrong) or "every figure is what its command gives")
     return bool(wrong)
 
 
 if __name__ == "__main__":
-    sys.exit(main(" ".join(sys.argv[1:])))
+    write = sys.argv[1:2] == ["--write"]
+    sys.exit(main(" ".join(sys.argv[1 + write :]), write))

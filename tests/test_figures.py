@@ -60,6 +60,17 @@ def test_a_table_is_held_row_by_row_in_its_order(monkeypatch):
         assert len(list(figures.misprints(held.replace("CELLS", wrong)))) == 1
 
 
+def test_a_table_is_written_anew_in_its_own_digits(monkeypatch):
+    rows = [{"id": "a", "s": 0.1249, "mm": 3.06}, {"id": "b", "s": None, "mm": 2.0}, {"id": "c", "s": 0.3, "mm": 1.0}]
+    monkeypatch.setattr(figures, "done", lambda _: ("", {"rows": rows}))
+    held = "<!-- held: jackbench x: rows[id={row}].s rows[id={row}].mm -->\n| id | s, mm |\n|---|---|\n"
+    before = held + "| a | 0.13 s, 5.1 mm |\n| b | 0.2 s, 4 mm |\n| c | 0.31 s, 1.0 mm, 7 |\n\nand 0.13 s, 5.1 mm\n"
+    after = held + "| a | 0.12 s, 3.1 mm |\n| b | 0.2 s, 2 mm |\n| c | 0.31 s, 1.0 mm, 7 |\n\nand 0.13 s, 5.1 mm\n"
+    assert figures.rewritten(before) == after  # a number that is none now, and one too many, are for a person
+    assert figures.rewritten(before, "another") == before
+    assert len(list(figures.misprints(after))) == 2
+
+
 def test_a_table_of_numbers_that_no_command_holds_is_refused():
     table = "## {}\n\n| a | b |\n|---|---|\n| x | 1.25 |\n\n"
     assert len(list(figures.unheld(table.format("New")))) == 1

@@ -124,6 +124,11 @@ def test_what_is_impossible_is_not_found(rig):
     assert settling_limit(crawling, SCENARIOS["position-100mm"]).settling is None
 
 
+def test_away_from_the_middle_a_motion_is_found_though_two_guesses_lead_nowhere(rig):
+    outwards = replace(SCENARIOS["position-10mm"], start=0.12)
+    assert settling_limit(rig, outwards).settling == pytest.approx(0.0207, rel=0.01)
+
+
 def test_times_the_limit_where_both_are_known():
     assert times_limit(0.06, 0.02) == pytest.approx(3)
     assert times_limit(None, 0.02) is None

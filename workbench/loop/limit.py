@@ -32,7 +32,7 @@ _SIGNALS = ("position", "force", "pa", "pb", "lowest_pressure")
 
 T = TypeVar("T")
 _MESHES = (24, 48, 96)  # intervals on the way, and as many after it
-_GUESSES = (0.5, 1.0)  # of the time that is watched, in which the jack moves: the second where the first leads nowhere
+_GUESSES = (0.5, 1.0, 0.7)  # of the time that is watched, in which the jack moves: the next where one leads nowhere
 _STANDS = 0.005  # change of the figure on a mesh of half the length, up to which it stands
 _PLAYS = 0.2  # of the band: how far the engine may be off what was found
 _WATCHED = 1.6  # periods of the mass on the oil that it stays settled before it is at rest
