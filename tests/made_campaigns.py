@@ -18,7 +18,7 @@ from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.plant.effects import find
 from workbench.records import Campaign, Record
-from workbench.records.write import write_csv
+from workbench.records.record import write_csv
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse, Rig
 from workbench.rigs.rig_file import load_rig

@@ -35,7 +35,7 @@ from workbench.loop.platform.setup import platform_setup
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.plant.valve.supply import supply_power
 from workbench.records import Record
-from workbench.records.write import write_csv
+from workbench.records.record import write_csv
 from workbench.rigs.platform import leg_speeds, load_platform
 from workbench.rigs.rig_file import load_rig, rig_text
 

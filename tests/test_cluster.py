@@ -11,7 +11,7 @@ from made_experiments import P_DP
 
 from experiments.studies.trace.given import Given
 from experiments.studies.trace.study import run_trace_study
-from workbench.base import cluster as cluster_module, installation as installation_module, trust
+from workbench.base import cluster as cluster_module, trust
 from workbench.base.cluster import cluster_at
 from workbench.base.errors import ClusterError, InputError
 from workbench.base.process_pool import process_pool
@@ -56,7 +56,7 @@ def dies_once():
     return work
 
 
-INSTALLATION = installation_module.installation
+INSTALLATION = cluster_module.installation
 ITEMS = {f"item-{i}": i for i in range(40)}
 
 
@@ -88,7 +88,7 @@ def test_workers_with_another_installation_are_refused_by_name(two_workers):
 
 def installs(other=None):
     """On a worker."""
-    installation_module.installation = other or INSTALLATION
+    cluster_module.installation = other or INSTALLATION
 
 
 def old():

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from workbench.engine import emit, object_cache, rosenbrock
-from workbench.engine.backend import NotCompiled, Stepping, compile_plant
 from workbench.engine.compiled import CompiledPlant
-from workbench.engine.engine import back_end_of
+from workbench.engine.engine import NotCompiled, Stepping, back_end_of, compile_plant
 from workbench.engine.vector_math import LIBM
 from workbench.plant import Plant, build
 from workbench.rigs.rig_file import load_rig

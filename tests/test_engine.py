@@ -11,8 +11,7 @@ from scipy.integrate import solve_ivp
 
 from workbench.base.errors import InputError
 from workbench.engine import Engine
-from workbench.engine.rosenbrock import ORDER, adaptive_attempt, fixed_step
-from workbench.engine.sparse_lu import SparseLU, markowitz_order
+from workbench.engine.rosenbrock import ORDER, SparseLU, adaptive_attempt, fixed_step, markowitz_order
 from workbench.plant.assembly import Assembly
 
 

@@ -14,7 +14,8 @@ from test_compiled import compile_outputs
 from test_live import resident
 
 from workbench import load_rig
-from workbench.engine import graph_cache, object_cache
+from workbench.engine import object_cache
+from workbench.engine.engine import attempt_of
 from workbench.engine.rosenbrock import adaptive_attempt
 from workbench.plant import Plant, build, build_platform
 from workbench.rigs.platform import load_platform
@@ -159,21 +160,21 @@ def test_a_full_disk_leaves_no_part_of_an_entry(fresh_cache: Path, monkeypatch) 
 
 def test_a_large_graph_is_read_where_it_has_been_made(fresh_cache: Path) -> None:
     plant = build_platform(load_platform("hexapod"))
-    made = graph_cache.attempt_of(plant, adaptive_attempt)
+    made = attempt_of(plant, adaptive_attempt)
     (entry,) = fresh_cache.glob("*.graph")
 
     def never(plant: Plant) -> ca.Function:
         raise AssertionError("made again")
 
     never.__name__ = adaptive_attempt.__name__
-    assert graph_cache.attempt_of(plant, never).serialize() == made.serialize()
+    assert attempt_of(plant, never).serialize() == made.serialize()
     entry.write_bytes(entry.read_bytes()[:-1])
-    assert graph_cache.attempt_of(plant, adaptive_attempt).serialize() == made.serialize()
+    assert attempt_of(plant, adaptive_attempt).serialize() == made.serialize()
     larger = replace(plant, states=(replace(plant.states[0], scale=2.0), *plant.states[1:]))
     with pytest.raises(AssertionError, match="made again"):
-        graph_cache.attempt_of(larger, never)
+        attempt_of(larger, never)
 
 
 def test_a_small_graph_leaves_no_file(fresh_cache: Path) -> None:
-    graph_cache.attempt_of(build(load_rig("jack-10t")), adaptive_attempt)
+    attempt_of(build(load_rig("jack-10t")), adaptive_attempt)
     assert not fresh_cache.exists()

@@ -16,9 +16,8 @@ from workbench.commands.run.platform_config import PlatformConfig
 from workbench.control.law import LawController, static_law
 from workbench.control.platform_controller import PlatformController
 from workbench.control.platform_law import direct_law
-from workbench.engine.guard_coupling import COUPLED, coupled
+from workbench.engine.guard_rules import COUPLED, GuardSteps, coupled
 from workbench.engine.guard_shape import BESIDE, TRIPS, packed
-from workbench.engine.guard_steps import GuardSteps
 from workbench.engine.instant import controller_instant
 from workbench.loop.guard_numbers import guard_numbers, guard_shape, left_to_brake
 from workbench.loop.platform import platform_setup, run_platform

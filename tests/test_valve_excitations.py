@@ -13,7 +13,7 @@ from workbench.linear import equilibrium
 from workbench.plant import build_blocked_valve, build_valve_bench
 from workbench.records import Record
 from workbench.records.excitation import read_excitation
-from workbench.records.write import write_csv
+from workbench.records.record import write_csv
 from workbench.rigs.rig_file import load_rig
 
 NEVER = ("null_shift", "pilot", "main_small")  # lines of two supplies, of the pilot by itself, and of a whole rig

@@ -7,12 +7,12 @@ toml, table, key_lines    TOML files read strictly: a table that is asked by key
 toml_text       TOML files as people write them: a number with its unit on one line
 asked           functions that say what they want
 checkpoint      stages of a long computation, and progress
-trust, private_files, private_cache    code that comes with data, and whether it may run; where a user keeps things, and
+trust, private_cache    code that comes with data, and whether it may run; where a user keeps things, and
                 what a later start need not compute again
 contained       readers of foreign files in a process with limits
 recent          what was asked for last, as far as it finds room
 cores, process_pool    processors, and worker processes that share them
-cluster, installation  worker processes of other machines, and what has to be the same there
+cluster         worker processes of other machines, and what has to be the same there
 desktop         a page in the browser of this machine
 gain_phase      gain in decibels and phase in degrees of a complex response
 vector_fitting  a rational function fitted to a frequency response

@@ -7,14 +7,18 @@ another worker. Whatever else ends the work is a ClusterError: what is done is k
 import asyncio
 import logging
 import pickle
+import platform
 import socket
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from itertools import count
+from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
@@ -23,12 +27,16 @@ from uuid import uuid4
 from threadpoolctl import threadpool_limits
 
 from .errors import ClusterError, InputError
-from .installation import Installation, differences, installation
 from .trust import granted, lent
 
 if TYPE_CHECKING:
     from distributed import Client, Future as DaskFuture
 
+Installation = tuple[tuple[str, str], ...]  # name and version
+
+_ROOT = Path(__file__).parents[2]
+_CODE = "workbench", "controllers"
+_LIBRARIES = "numpy", "scipy", "casadi", "control", "llvmlite"
 A = TypeVar("A")
 B = TypeVar("B")
 
@@ -38,6 +46,33 @@ _SCHEMES = "tcp", "tls"
 _START = "`dask worker {address} --nworkers auto --nthreads 1`"
 
 _one_at_a_time = Lock()  # in a worker with several threads: an engine is not theirs to share
+
+
+@cache
+def installation() -> Installation:
+    """jackbench with the digest of its code, Python, and the libraries that compute."""
+    own = f"{_version('jackbench')} ({_digest()})"
+    return ("jackbench", own), ("Python", platform.python_version()), *((name, _version(name)) for name in _LIBRARIES)
+
+
+def differences(here: Installation, there: Installation) -> str:
+    """What differs there, and from what it differs here; nothing where all is the same."""
+    ours = dict(here)
+    return ", ".join(f"{name} {version}, not {ours[name]}" for name, version in there if version != ours[name])
+
+
+def _digest() -> str:
+    code = sha256()
+    for path in sorted(path for package in _CODE for path in (_ROOT / package).rglob("*.py")):
+        code.update(path.relative_to(_ROOT).as_posix().encode() + b"\0" + path.read_bytes())
+    return code.hexdigest()[:12]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from .errors import InputError
 from .files import read_bytes
-from .private_files import config_folder, is_private
+from .private_cache import config_folder, is_private
 
 _ALLOWED = "JACKBENCH_TRUSTED"  # in the environment, which worker processes inherit: digests, or EVERYTHING
 _EVERYTHING = "*"

@@ -1,18 +1,21 @@
 """Simulate a plant with inputs held over intervals; which back end runs is the engine's affair."""
 
+import hashlib
+from collections.abc import Callable
 from copy import copy, deepcopy
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import casadi as ca
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.private_cache import store, stored
 from ..base.recent import Recent
 from ..plant import Plant
-from .backend import NotCompiled, compile_plant
 from .delay_line import Arriving
-from .graph_cache import attempt_of
+from .emit import first_unsupported
 from .interpreter import InterpretedPlant
 from .jobs import Batch, Stepping
 from .rosenbrock import adaptive_attempt
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from .sampled_code import SampledLaw
     from .sampled_law import LawShape
 
+_LARGE = 3000  # instructions of the rates: below, a graph is made as fast as it is read
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
@@ -31,6 +35,60 @@ RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has take
 _LAWS = 8e6  # bytes of the laws that an engine holds as machine code
 
 BackEnd = Literal["auto", "compiled", "interpreted"]
+
+
+class NotCompiled(RuntimeError):
+    """Says in one line why a plant runs through the interpreter."""
+
+
+def compile_plant(
+    attempt: ca.Function,
+    outputs: ca.Function,
+    p: np.ndarray,
+    stepping: Stepping,
+    brief: bool = False,
+    commands: int = 1,
+) -> "CompiledPlant":
+    """Machine code for an attempt (s, u, p, tolerance) -> s and for outputs (x, u, p) -> y.
+
+    `p` are the parameters where a run gives none; `brief` and `commands` as CompiledPlant has them. Raises NotCompiled
+    for an operation that has no compiled form, and where the compiler is missing or does not work.
+    """
+    for function in (attempt, outputs):
+        if operation := first_unsupported(function):
+            raise NotCompiled(f'interpreted: the operation "{operation}" has no compiled form')
+    try:
+        from .compiled import CompiledPlant
+
+        return CompiledPlant(attempt, outputs, p, stepping, brief, commands)
+    except (ImportError, OSError, RuntimeError) as error:
+        raise NotCompiled(f"interpreted: no compiler here ({error})") from error
+
+
+def attempt_of(plant: Plant, make: Callable[[Plant], ca.Function]) -> ca.Function:
+    """What `make` makes of a plant, from the cache where it has been made before.
+
+    The key holds the plant's rates and the sizes of its states, which are all that a graph of the engine takes of it,
+    and the sources that make it.
+    """
+    if plant.f.n_instructions() < _LARGE:
+        return make(plant)
+    parts = [make.__name__, plant.f.serialize(), str(np.asarray(plant.scale).tobytes()), *_sources()]
+    name = f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()}.graph"
+    if content := stored(name):
+        return ca.Function.deserialize(content.decode())
+    graph = make(plant)
+    store(name, graph.serialize().encode())
+    return graph
+
+
+@cache
+def _sources() -> tuple[str, ...]:
+    folder = Path(__file__).parent
+    return (
+        ca.CasadiMeta.version(),
+        (folder / "rosenbrock.py").read_text(encoding="utf-8"),
+    )
 
 
 class Engine:

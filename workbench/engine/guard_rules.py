@@ -13,13 +13,19 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 
 import casadi as ca
+import numpy as np
 
 from ..rigs.sampling import command_change
+from .buffered import BufferedFunction
 from .guard_motion import Parts, Sample, estimated, is_finite
-from .guard_shape import TRIPS, GuardShape, length
+from .guard_shape import TRIPS, GuardShape, length, places
 
 _DISBELIEVED = ("lost", "observer", "still position")  # trips that say that the position is wrong
 _WEAK = 0.05  # the largest command that holds a jack after a trip
+LEGS = 6
+COUPLED = places(inertia=LEGS**2, mobility=LEGS**2, load=LEGS, drag=LEGS, left=LEGS, least=LEGS)
+_KNOWN = 0.75  # of the deceleration along its way that a payload other than the declared one is taken to leave
+_STILL = 1e-9  # kg m/s: nothing to brake
 
 
 def watched(shape: GuardShape, s: Parts, y: ca.SX, u: ca.SX, reference: ca.SX, q: Parts) -> dict[str, ca.SX]:
@@ -206,3 +212,62 @@ def parts(vector: ca.SX, of: Mapping[str, slice]) -> dict[str, ca.SX]:
 def packed_state(shape: GuardShape, s: Parts) -> ca.SX:
     """A guard's state as a vector."""
     return ca.vertcat(*(s[name] for name in shape.state))
+
+
+def coupled(q: Parts, speeds: ca.SX, pressed: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Acceleration [6] of each leg by all pushes, and deceleration [6] of each where all brake, m/s^2, at speeds [6]
+    and forces of the pressures [6]. One that is not finite counts as the load that the leg holds.
+
+    Numbers by COUPLED: inertia and its inverse, column by column, load [N] and drag [N s/m] of each leg, what force it
+    has `left` to brake, and its `least` deceleration.
+    """
+    inertia, mobility = (ca.reshape(q[name], LEGS, LEGS) for name in ("inertia", "mobility"))
+    push = ca.if_else(is_finite(pressed), pressed - q["load"], 0) - q["drag"] * speeds
+    asked = ca.fabs(inertia @ speeds)
+    rate = ca.mmin(q["left"] / (asked + _STILL))
+    return mobility @ push, ca.fmax(q["least"], _KNOWN * rate * ca.fabs(speeds))
+
+
+def told(q: Parts, acceleration: ca.SX, braking: ca.SX) -> dict[str, ca.SX]:
+    """The numbers of a leg's guard that go by what the others do, of its own ones."""
+    return {"pushed": acceleration, "braking": braking, "fade": braking * q["opening"] * q["period"]}
+
+
+class GuardSteps:
+    """A guard's state, stepped by `watch` and `limit`. `numbers` are those of `shape.numbers`, in its order."""
+
+    def __init__(self, shape: GuardShape, numbers: np.ndarray) -> None:
+        self._read, self._numbers = shape.read, np.array(numbers, float)
+        self._trip, self._speed = shape.state["trip"].start, shape.state["v"].start
+        watch, limit = graphs(shape)
+        self._state = np.zeros(watch.numel_in(0))
+        self._readings, self._command, self._demanded, self._reference = np.zeros(len(shape.read)), *np.zeros((3, 1))
+        places = self._command, self._numbers
+        self._watch = BufferedFunction(watch, self._state, self._readings, *places, self._reference)
+        self._limit = BufferedFunction(limit, self._state, self._demanded, *places)
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._state[:] = 0
+
+    @property
+    def speed(self) -> float:
+        """The speed [m/s] that the readings say."""
+        return float(self._state[self._speed])
+
+    def watch(self, measurement: Mapping[str, float], command: float, reference: float) -> int:
+        """Read the signals (SI, NaN where one is missing) while the drive holds a command, and the position should be
+        at a reference, NaN: anywhere; the trip's number, or 0."""
+        self._readings[:] = [measurement.get(name, np.nan) for name in self._read]
+        self._command[0], self._reference[0] = command, reference
+        self._watch.evaluate()
+        self._state[:] = self._watch.found
+        return int(self._state[self._trip])
+
+    def limit(self, demanded: float, command: float) -> tuple[float, int]:
+        """The command that the drive gets after `command`, and the number of the trip, or 0."""
+        self._demanded[0], self._command[0] = demanded, command
+        self._limit.evaluate()
+        sent, trip = self._limit.found.tolist()
+        self._state[self._trip] = trip
+        return sent, int(trip)

@@ -11,8 +11,7 @@ import casadi as ca
 
 from ..plant import Plant
 from ..rigs.sampling import arriving, in_steps
-from .guard_coupling import COUPLED, coupled, told
-from .guard_rules import let_through, packed_state, parts, watched
+from .guard_rules import COUPLED, coupled, let_through, packed_state, parts, told, watched
 from .guard_shape import BESIDE, length, places
 from .sampled_law import LawShape
 

@@ -10,7 +10,7 @@ from hashlib import sha256
 import casadi as ca
 
 from ..plant import Plant
-from .guard_coupling import COUPLED
+from .guard_rules import COUPLED
 from .guard_shape import GuardShape, length, places
 from .tape import opcodes
 

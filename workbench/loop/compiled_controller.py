@@ -8,7 +8,7 @@ import numpy as np
 from ..control.law import Law
 from ..control.protocol import Controller, graph_law
 from ..engine import LaneDelays
-from ..engine.backend import NotCompiled
+from ..engine.engine import NotCompiled
 from ..engine.guard_shape import length, packed
 from ..engine.sampled_code import compile_controller
 from ..engine.sampled_law import LawShape

@@ -19,7 +19,7 @@ from ..rigs.rig import Rig
 from .guard_numbers import guard_numbers, guard_shape, trip_reason
 
 if TYPE_CHECKING:
-    from ..engine.guard_steps import GuardSteps
+    from ..engine.guard_rules import GuardSteps
 
 STOPPED = "stopped"
 
@@ -83,7 +83,7 @@ class Guard:
         return None
 
     def _steps(self, signals: Iterable[str]) -> "GuardSteps":
-        from ..engine.guard_steps import GuardSteps  # here: what only reads an experiment needs no graph
+        from ..engine.guard_rules import GuardSteps  # here: what only reads an experiment needs no graph
 
         shape = guard_shape(self._rig, tuple(signals), self._measures)
         numbers = guard_numbers(self._rig, shape, self._measures, self._noisy)

@@ -3,9 +3,7 @@
 build       a rig's whole plant, its force port, and the flow benches of its pilot and valve
 assembly    a finished plant, and how parts declare states, rates, outputs and slots
 valve/      the kinds of valve with their equations
-jack        the two chambers around the piston, leakage and end stops
-load        the moving mass and the specimen
-pump/       the parts of a pump drive
+jack        the two chambers around the piston, leakage and end stops; mass, specimen, a second cylinder
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
 platform, platform_body    six force ports under a rigid body with its legs

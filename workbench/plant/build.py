@@ -10,10 +10,9 @@ from ..rigs.rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, resolve
+from .jack import cell_forces, loader_force, specimen_force
 from .linear import build_linear
-from .load import cell_forces, specimen_force
 from .orifice import root
-from .pump.loader import loader_force
 from .valve import VALVES, Lands, ValveFlows
 from .valve.lands import main_openings
 

@@ -1,4 +1,6 @@
-"""The jack: two chambers around a piston, with leakage and end stops; double-rod or differential."""
+"""The jack, two chambers around a piston, with leakage and end stops, double-rod or differential; and what it moves: a
+mass, a specimen whose far end may move, and a second cylinder that pushes back.
+"""
 
 from dataclasses import dataclass
 
@@ -8,6 +10,8 @@ from ..rigs.jack import JackKind
 from .assembly import Assembly
 from .orifice import end_stop, volume
 from .valve import ValveFlows
+
+_SLOW = 1e-3  # m/s, within which the push builds up behind a valve that tells no direction
 
 
 @dataclass(frozen=True)
@@ -61,3 +65,29 @@ def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:
     stop = end_stop(x, v, b["S"] / 2, b["ke"], b["ce"], 1e-4)
     friction = b.slot("friction", ca.SX(0), velocity=v, position=x, drop=jack.pa - jack.pb)
     return jack.force - b["b"] * v - stop - friction
+
+
+def specimen_force(b: Assembly, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Load-cell force [N]: ks (x - xs) + cs (v - vs) + disturbance, with the far end and the disturbance as inputs."""
+    far = b.input("specimen_position", "m", 0.25)
+    far_speed = b.input("specimen_velocity", "m/s", 1.0)
+    disturbance = b.input("disturbance", "N", 1e4)
+    plain = b["ks"] * (x - far) + b["cs"] * (v - far_speed) + disturbance
+    return b.slot("load", plain, position=x, velocity=v)
+
+
+def cell_forces(b: Assembly, rod: ca.SX, force: ca.SX, acceleration: ca.SX) -> dict[str, ca.SX]:
+    """What a load cell reads of a force [N] at the specimen: with it, what moves the mass between the two; on the rod
+    the `rod` force [N] less what moves the mass before it, and so all that moves, lifts and loads the rest."""
+    if "Mr" in b:
+        return {"force": rod - b["Mr"] * acceleration, "reference_force": force}
+    if "Mg" in b:
+        return {"force": force + b["Mg"] * acceleration, "reference_force": force}
+    return {"force": force}
+
+
+def loader_force(b: Assembly, valve: ValveFlows, x: ca.SX, v: ca.SX) -> ca.SX:
+    """Force [N] against extension: set pressure [Pa], an input, on the area AL; none while the jack retracts."""
+    full = b["AL"] * b.input("load_setting", "Pa", 1e7)
+    extends = (1 + ca.tanh(v / _SLOW)) / 2 if valve.extends is None else valve.extends
+    return b.slot("loader", full * extends, full=full, position=x, velocity=v)

@@ -1,11 +1,14 @@
 """The record: a frozen table of what was logged, in SI, with what must not be compared marked as such."""
 
+import gzip
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
-from ..base.signals import FURTHER_INPUTS
+from ..base.signals import FURTHER_INPUTS, SIGNALS
+from ..base.units import from_si
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,3 +117,31 @@ def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
     out = np.array(values, dtype=kind)
     out.setflags(write=False)
     return out
+
+
+def write_csv(record: Record, path: str | Path) -> None:
+    """Write a .csv or .csv.gz with header cells `name [unit]`, 10 digits; the same record gives the same bytes."""
+    path = Path(path)
+    table = _shown(record)
+    columns = [["" if np.isnan(value) else f"{value:.10g}" for value in values.tolist()] for values in table.values()]
+    lines = [",".join(table), *(",".join(cells) for cells in zip(*columns, strict=True)), ""]
+    content = "\n".join(lines).encode()
+    path.write_bytes(gzip.compress(content, mtime=0) if path.name.lower().endswith(".gz") else content)
+
+
+def write_parquet(record: Record, path: str | Path) -> None:
+    """Write a .parquet with columns `name [unit]` of doubles."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    pq.write_table(pa.table(_shown(record)), path)
+
+
+def _shown(record: Record) -> dict[str, np.ndarray]:
+    table = {SIGNALS["t"].label: record.t}
+    for name, values in record.signals.items():
+        signal = SIGNALS[name]
+        shown = from_si(values, signal.unit, signal.si)
+        # a held command stays: it is the input, and a model needs it everywhere
+        table[signal.label] = shown if name == "command" else np.where(record.valid[name], shown, np.nan)
+    return table

@@ -13,7 +13,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from ...base.cores import cores
 from ...base.desktop import has_desktop
 from ...base.errors import InputError
-from ...base.private_files import cache_folder, config_folder
+from ...base.private_cache import cache_folder, config_folder
 from ..fmu.compiler import compiler
 
 GROUPS = {

@@ -12,7 +12,7 @@ from ...base.errors import InputError
 from ...control.platform_controller import LEGS
 from ...control.platform_law import PlatformLaw
 from ...engine import Batch
-from ...engine.guard_coupling import COUPLED
+from ...engine.guard_rules import COUPLED
 from ...engine.guard_shape import BESIDE, packed
 from ...engine.sampled_law import OUT, LawShape
 from ...linear import Equilibrium

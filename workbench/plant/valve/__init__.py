@@ -2,11 +2,9 @@
 
 kind            the abstract valve: equations, a pilot stage where there is one, limits, where probes act
 lands           what the lands of a spool see, give and draw
-pilot           torque motor, nozzles and flapper, pilot spool
-three_stage     the pilot, and a main spool with its position loop
+three_stage     torque motor, nozzles and flapper, pilot spool; a main spool with its position loop
 second_order    a main spool with its drive as one oscillator
-pump            a pump with its shaft, direction valves and low side, from the parts in plant/pump
-two_way_pump    a pump that turns both ways between the chambers, from the same parts
+pump            a pump with its shaft, direction valves and low side; one that turns both ways, of the same parts
 supply          the power that the main lands take
 
 A new kind, say a pump-controlled drive:
@@ -22,10 +20,9 @@ Rig files, effects, probes, saturation in describing functions and the commands 
 from ...rigs import valve as kinds
 from .kind import ProbePoint, Valve
 from .lands import Lands, PilotFlows, ValveFlows
-from .pump import Pump
+from .pump import Pump, TwoWayPump
 from .second_order import SecondOrder
 from .three_stage import ThreeStage
-from .two_way_pump import TwoWayPump
 
 VALVES: dict[str, Valve] = {
     valve.kind.name: valve
