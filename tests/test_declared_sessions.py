@@ -21,7 +21,7 @@ from workbench.identify.found.session_fit import session_fits
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.records import Campaign, load_campaign
-from workbench.records.sessions import Drift, Session
+from workbench.records.sessions import DeclaredSession, Drift
 from workbench.rigs.rig import Rig
 from workbench.rigs.rig_file import load_rig, rig_text
 
@@ -53,7 +53,7 @@ def two_days(numbers: tuple[str, ...] = FREE) -> Campaign:
         )
     )
     heldout = (made(RIG, "cold sines", sines, 8), made(WARM, "warm sines", sines, 9))
-    warm = Session("warm", ("warm steps", "warm triangle", "warm sines"), numbers)
+    warm = DeclaredSession("warm", ("warm steps", "warm triangle", "warm sines"), numbers)
     return replace(campaign(RIG, 1.0), train=train, heldout=heldout, sessions=(warm,))
 
 

@@ -8,7 +8,7 @@ from workbench.identify.fit.free_parameters import Candidate
 from workbench.identify.trace import shapes
 from workbench.identify.trace.reshape import Reshaping
 from workbench.identify.trace.shapes import distinct
-from workbench.identify.trace.steps import Steps
+from workbench.identify.trace.steps import TraceProgress
 from workbench.plant.effects import learned
 
 
@@ -44,7 +44,7 @@ def test_no_shape_is_fitted_once_one_leaves_no_misfit_however_many_workers(monke
     monkeypatch.setattr(shapes, "unpacked", lambda stored, *_: SimpleNamespace(chi2=chi2[stored["title"]]))
     context = SimpleNamespace(
         workers=workers, stage=None, problem=None, library=(), report_progress=lambda _: None,
-        steps=Steps(lambda _: None), is_misfit=lambda fit: fit.chi2 > 1.05,
+        steps=TraceProgress(lambda _: None), is_misfit=lambda fit: fit.chi2 > 1.05,
     )  # fmt: skip
     kept = [each for each, _ in shapes._refits(context, 1, None, wanted)]
     assert kept == wanted[:2]

@@ -12,7 +12,7 @@ from workbench.cli import main
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.limit.steps import placed_steps
-from workbench.engine.collocation import Motion
+from workbench.engine.collocation import MotionConstraints
 from workbench.engine.fastest import Aim, Course, fastest_course
 from workbench.loop import limit as limits
 from workbench.loop.capability import oil_stiffness
@@ -23,7 +23,9 @@ from workbench.rigs.rig_file import load_rig
 
 def carriage_course(band, hold=1.0):
     zero, inf = np.zeros(2), np.full(2, np.inf)
-    aim = Aim(Motion(carriage(), zero, np.zeros(1), -inf, inf, 1e4), "position", 1.0, (1 - band, 1 + band), hold)
+    aim = Aim(
+        MotionConstraints(carriage(), zero, np.zeros(1), -inf, inf, 1e4), "position", 1.0, (1 - band, 1 + band), hold
+    )
     guess = Course(np.array([0.0, 1.0, 2.0]), np.array([[0, 0], [1, 0], [1, 0]], float), np.zeros((2, 1)), 1.0)
     return fastest_course(aim, 48, guess, near=False)
 

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,20 @@ def test_contributing_answers_ten_questions_by_a_path_each():
     for row in rows:
         (path, *_) = re.findall(r"`([\w./-]+/[\w./-]*)`", row)
         assert (ROOT / path).exists()
+
+
+TWICE = {  # class names that still mean several things: this set may only shrink
+    *("Carried", "Check", "Envelope", "Expected", "Found", "Instants", "Lanes", "Limits", "Motion", "Played"),
+    *("Run", "Sines", "Table", "Task"),
+}
+
+
+def test_a_class_name_means_one_thing():
+    names = Counter(
+        node.name
+        for folder in ("workbench", "controllers", "envs")
+        for path in (ROOT / folder).rglob("*.py")
+        for node in ast.parse(path.read_text("utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert {name for name, count in names.items() if count > 1} == TWICE

@@ -24,7 +24,7 @@ from workbench.identify.fit.determined import FIGURE_ERROR, FreeParameter, deter
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign
-from workbench.rigs.datasheet import Response, build_rig, load_datasheet
+from workbench.rigs.datasheet import DatasheetResponse, build_rig, load_datasheet
 from workbench.rigs.datasheet_keys import figures
 from workbench.rigs.jack import JACKS
 from workbench.rigs.number import Number
@@ -190,7 +190,7 @@ def test_the_rig_can_be_saved_loaded_and_used(outcome, tmp_path):
 def test_corners_of_any_second_order_valve_give_its_numbers_back(servo, f0, zeta):
     half = 1 - 2 * zeta**2
     f3db = f0 * np.sqrt(half + np.sqrt(half**2 + 1))
-    found = second_order_numbers(replace(servo, responses=(Response("main", 1.0, 0.01, f3db, f0),)))
+    found = second_order_numbers(replace(servo, responses=(DatasheetResponse("main", 1.0, 0.01, f3db, f0),)))
     assert found["f0"].value == pytest.approx(f0)
     assert found["zeta"].value == pytest.approx(zeta, rel=1e-6)
 

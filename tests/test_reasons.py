@@ -31,12 +31,12 @@ from workbench.commands.run.step_page import _verdict as step_verdict
 from workbench.commands.tune.page import reached
 from workbench.commands.watch.page import _alarms, _forecast
 from workbench.commands.watch.rigs import _page as rigs_page
-from workbench.identify.acceptance.row import Limit, Row, judged, unsaid
-from workbench.identify.columns.roles import Motion, roles
+from workbench.identify.acceptance.row import AcceptanceLimit, Row, judged, unsaid
+from workbench.identify.columns.roles import RecordMotion, roles
 from workbench.identify.watch.changes import Change
 from workbench.identify.watch.forecast import unforeseen
 from workbench.identify.watch.naming import Name
-from workbench.identify.watch.told import Told
+from workbench.identify.watch.told import NamedChange
 from workbench.link.commissioning.allowed import allowed, safe
 from workbench.loop.drive_simulation import drive
 from workbench.loop.performance.reached import followed
@@ -123,7 +123,9 @@ def test_a_run_that_was_cut_short_or_never_stands_did_not_settle_never():
 
 def told(shape, sessions):
     numbers = {k: {} for k in range(sessions)}
-    return Told(Change(0, shape, 1, 2.0, 1.0, 1, 1), 2, Name("b", ("b",), 0.9), "b [1]", {}, numbers, None, "", (), {})
+    return NamedChange(
+        Change(0, shape, 1, 2.0, 1.0, 1, 1), 2, Name("b", ("b",), 0.9), "b [1]", {}, numbers, None, "", (), {}
+    )
 
 
 def test_what_is_not_foreseen_has_its_own_reason():
@@ -178,13 +180,13 @@ def test_two_legs_that_cannot_be_simulated_are_both_named():
 
 def test_limits_of_lines_without_a_value_are_limits():
     rows = [Row("a", "", "1", 1.0, 1.0, 1.0), unsaid("b", "", "1", "no sensor"), Row("c", "", "1", 1.0, 1.0, 1.0)]
-    only_b = judged(rows, {"b": Limit(high=2.0)})
+    only_b = judged(rows, {"b": AcceptanceLimit(high=2.0)})
     assert sheet_verdict(only_b) == "2 of 3 lines have a value. Limits of lines without a value judge nothing: b."
-    both = judged(rows, {"a": Limit(high=2.0), "b": Limit(high=2.0)})
+    both = judged(rows, {"a": AcceptanceLimit(high=2.0), "b": AcceptanceLimit(high=2.0)})
     assert "All 1 with limits and a value pass. Limits of lines without a value judge nothing: b." in sheet_verdict(
         both
     )
-    assert sheet_verdict(judged(rows, {"a": Limit(maker=1.0)})).endswith("No limits were given.")
+    assert sheet_verdict(judged(rows, {"a": AcceptanceLimit(maker=1.0)})).endswith("No limits were given.")
 
 
 def test_what_has_no_linear_view_was_not_tried_at_one_hertz(monkeypatch):
@@ -255,7 +257,7 @@ def test_an_unstable_loop_that_comes_to_rest_is_not_called_unsettled():
 
 
 def test_of_two_commands_none_lies_between_the_others():
-    sizes = [Motion(f"{k}", f"{k}.csv", 0.0, 1.0, float(k), np.full(200, k), None, False) for k in (1, 2, 3)]
+    sizes = [RecordMotion(f"{k}", f"{k}.csv", 0.0, 1.0, float(k), np.full(200, k), None, False) for k in (1, 2, 3)]
     assert roles(sizes[:2]).reason == "held out: 1 of 2, the command that reaches 1, the smaller of two"
     assert roles(sizes).reason.endswith("reaches 2, between the others")
 

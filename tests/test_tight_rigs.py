@@ -26,7 +26,7 @@ from workbench.link.hello import Channel, CommandRange, Hello
 from workbench.link.joined import joined
 from workbench.link.wire_loop import WireLoop, stands
 from workbench.loop.guarded_controller import Guard
-from workbench.rigs.limited import BY_DEFAULT, HELLO, Limit, limits_of, whose
+from workbench.rigs.limited import BY_DEFAULT, HELLO, SignalLimit, limits_of, whose
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig, rig_text
 from workbench.rigs.schema import LIMITS
@@ -218,7 +218,7 @@ def test_a_supply_that_stands_near_its_limit_is_foreseen_to_stay_there():
 def shaken():
     """A rig that trips by acceleration too, and tells that: 10 mm are inside as declared, and beyond at its bounds."""
     own = bench(RIG, True)
-    return replace(own, limits=(*own.limits, Limit("acceleration", 0.0, 105.0)))
+    return replace(own, limits=(*own.limits, SignalLimit("acceleration", 0.0, 105.0)))
 
 
 def test_drive_foresees_over_the_bounds_and_names_the_plant_that_binds(shaken, tmp_path):

@@ -2,7 +2,7 @@
 
 import re
 
-from workbench.identify.trace.steps import Steps
+from workbench.identify.trace.steps import TraceProgress
 
 
 class Told:
@@ -11,7 +11,7 @@ class Told:
     def __init__(self):
         self.lines: list[str] = []
         self.now = 0.0
-        self.steps = Steps(self.lines.append, lambda: self.now)
+        self.steps = TraceProgress(self.lines.append, lambda: self.now)
 
     def items(self, durations):
         """Do items that last so long; the times left that were said, and those that were true."""

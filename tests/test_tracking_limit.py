@@ -7,8 +7,8 @@ import pytest
 from made_plants import carriage
 
 from workbench.commands.common.step_experiment import load_steps
-from workbench.engine.collocation import Motion
-from workbench.engine.nearest import Windows, Wish, nearest_course
+from workbench.engine.collocation import MotionConstraints
+from workbench.engine.nearest import RecedingHorizon, Wish, nearest_course
 from workbench.loop.limit import BELOW, NO_CHAMBERS
 from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.scenarios import SCENARIOS, Scenario
@@ -19,9 +19,9 @@ from workbench.rigs.rig_file import load_rig
 def carriage_error(acceleration):
     """Root mean square on the way that starts at rest and has this acceleration, for 1 s."""
     inf = np.full(2, np.inf)
-    motion = Motion(carriage(), np.zeros(2), np.zeros(1), -inf, inf, 1e4)
+    motion = MotionConstraints(carriage(), np.zeros(2), np.zeros(1), -inf, inf, 1e4)
     wish = Wish(motion, "position", lambda t: acceleration * t**2 / 2, 1.0, acceleration / 2)
-    course = nearest_course(wish, Windows(0.02, 10, 20))
+    course = nearest_course(wish, RecedingHorizon(0.02, 10, 20))
     return float(np.sqrt(np.mean((course.x[:, 0] - wish.reference(course.t)) ** 2)))
 
 

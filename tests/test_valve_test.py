@@ -14,10 +14,10 @@ from workbench.identify.acceptance.dynamics import sine_response, step_figures
 from workbench.identify.acceptance.null_shift import by_supply, by_temperature, null_shift
 from workbench.identify.acceptance.opening import ValveLag
 from workbench.identify.acceptance.regression import Series, regress
-from workbench.identify.acceptance.row import Estimate, Limit, Row, judged, measured
+from workbench.identify.acceptance.row import AcceptanceLimit, Estimate, Row, judged, measured
 from workbench.identify.acceptance.valve_test import SUPPLY, TEMPERATURE, check_valve_records, valve_sheet
 from workbench.records import Campaign, Record, load_campaign
-from workbench.records.sessions import Session
+from workbench.records.sessions import DeclaredSession
 from workbench.rigs.rig_file import load_rig
 
 PAPER = {  # plant.md's figures of the set "exact"
@@ -86,11 +86,12 @@ def test_a_lag_comes_to_its_input_and_is_late_by_twice_its_damping():
 def test_a_line_passes_only_where_its_whole_interval_does():
     row = Row("lap", "", "%", 1.0, 0.8, 1.2)
     verdicts = [
-        judged([row], {"lap": Limit("1", low, high)})[0].passed for low, high in ((0.5, 1.5), (0.9, 1.5), (0, 1.1))
+        judged([row], {"lap": AcceptanceLimit("1", low, high)})[0].passed
+        for low, high in ((0.5, 1.5), (0.9, 1.5), (0, 1.1))
     ]
     assert verdicts == [True, False, False]
     with pytest.raises(InputError, match="no line lapp"):
-        judged([row], {"lapp": Limit()})
+        judged([row], {"lapp": AcceptanceLimit()})
 
 
 def test_a_size_that_is_estimated_below_zero_is_zero_with_the_interval_that_this_error_asks_for():
@@ -190,7 +191,7 @@ def test_a_null_shifts_with_the_temperature_of_two_sessions(rig):
     warm = [replace(record, name=f"warm-{record.name}") for record in Bench(rig, 2).flow_records()]
     warm = [replace(r, signals={**r.signals, "command": r.signals["command"] + 0.002}) for r in warm]
     sessions = [
-        Session(name, tuple(record.name for record in own), (), temperature)
+        DeclaredSession(name, tuple(record.name for record in own), (), temperature)
         for name, own, temperature in (("cold", cold, 303.15), ("warm", warm, 323.15))
     ]
     campaign = Campaign(Path("lab"), "jack-10t", static=(), train=(*cold, *warm), heldout=(), sessions=tuple(sessions))

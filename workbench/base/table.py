@@ -18,16 +18,16 @@ _LOWEST = -math.inf
 
 
 @dataclass(frozen=True)
-class Place:
+class TableLocation:
     """Where in a document a table stands: `document` opens every message, `lines` knows the lines of key paths."""
 
     document: str
     path: KeyPath = ()
     lines: Callable[[], Mapping[KeyPath, int]] = dict
 
-    def inside(self, *path: str | int) -> "Place":
+    def inside(self, *path: str | int) -> "TableLocation":
         """The place of a key or an entry in here."""
-        return Place(self.document, self.path + path, self.lines)
+        return TableLocation(self.document, self.path + path, self.lines)
 
     def __str__(self) -> str:
         """ "file: line N: table.key"; the line is that of the nearest table where the key itself is not written."""
@@ -48,9 +48,9 @@ class Table:
     A method with a `default` returns it for a key that is not there; without one the key must be there.
     """
 
-    def __init__(self, values: Mapping[str, Any], place: Place | str, *known: str) -> None:
+    def __init__(self, values: Mapping[str, Any], place: TableLocation | str, *known: str) -> None:
         self.values = values
-        self.place = Place(place) if isinstance(place, str) else place
+        self.place = TableLocation(place) if isinstance(place, str) else place
         if known:
             self.allow(*known)
 

@@ -9,7 +9,7 @@ from typing import Any
 from .errors import InputError, short_path
 from .files import MEBIBYTE, read_bytes
 from .key_lines import key_lines
-from .table import Place, Table
+from .table import Table, TableLocation
 
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column \d+|end of document)\)$")
 _LONG_NUMBER = re.compile(r"[0-9_]{1000,}")
@@ -28,15 +28,15 @@ def read_toml(path: str | Path, shown: str | None = None) -> Table:
     path = Path(path)
     shown = short_path(path) if shown is None else shown
     text = _text(path, shown)
-    place = Place(shown, (), cache(lambda: key_lines(text)))
+    place = TableLocation(shown, (), cache(lambda: key_lines(text)))
     return Table(_checked(_parsed(text, shown), place), place)
 
 
-def _checked(values: dict[str, Any], place: Place) -> dict[str, Any]:
+def _checked(values: dict[str, Any], place: TableLocation) -> dict[str, Any]:
     """The same document. Raises InputError for what is nested too deeply, and for a NUL in a text or a key."""
-    level: list[tuple[Any, Place]] = [(values, place)]
+    level: list[tuple[Any, TableLocation]] = [(values, place)]
     for _ in range(_DEEPEST):
-        inside: list[tuple[Any, Place]] = []
+        inside: list[tuple[Any, TableLocation]] = []
         for value, at in level:
             if isinstance(value, str) and "\0" in value:
                 raise InputError(f"{at}: holds a NUL character; remove it")

@@ -30,7 +30,7 @@ Row = tuple[ca.MX, float]  # an expression, and how far from 0 it may be
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionConstraints:
     """What is the same of every motion of a plant that starts at x [n], u [m]: the states stay within `low` and `high`
     [n], the command within +-1; it changes by `rate` [1/s] at most. The other inputs are held. All SI.
     """
@@ -65,7 +65,7 @@ class Mesh:
     It begins at scaled states `begin` [n] with the command `held` before.
     """
 
-    motion: Motion
+    motion: MotionConstraints
     lengths: ca.MX
     begin: ca.MX
     held: ca.MX
@@ -115,7 +115,7 @@ class Mesh:
         return states.reshape(POINTS, self.k, -1) * self.motion.plant.scale, np.clip(commands, -1, 1)
 
 
-def mesh(motion: Motion, lengths: ca.MX, begin: ca.MX | None = None, held: ca.MX | None = None) -> Mesh:
+def mesh(motion: MotionConstraints, lengths: ca.MX, begin: ca.MX | None = None, held: ca.MX | None = None) -> Mesh:
     """With new unknowns; from where the motion starts if it does not begin elsewhere."""
     k, n = lengths.numel(), motion.plant.n
     return Mesh(
@@ -140,7 +140,7 @@ def sizes(rows: list[Row]) -> np.ndarray:
     return np.concatenate([np.full(expression.numel(), size) for expression, size in rows])
 
 
-def _speeds(motion: Motion) -> np.ndarray:
+def _speeds(motion: MotionConstraints) -> np.ndarray:
     """The fastest rate [1/s] of each state where the motion starts."""
     slopes, scale = np.array(motion.plant.slopes(motion.x, motion.u, motion.plant.p)[0]), motion.plant.scale
     return np.abs(slopes * scale / scale[:, None]).sum(axis=1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from .collocation import TIMES, Mesh, Motion, Row, mesh, sizes, solver
+from .collocation import TIMES, Mesh, MotionConstraints, Row, mesh, sizes, solver
 
 _FIRST = 0.15  # of the growth of the intervals after the arrival: the first of them
 _QUIET = 0.01  # s of arrival that a second at the full rate of the command is worth: the quietest of equals
@@ -20,7 +20,7 @@ class Aim:
     `hold` [s], at the end of which the plant is at rest. All SI.
     """
 
-    motion: Motion
+    motion: MotionConstraints
     output: str
     size: float
     band: tuple[float, float]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from .collocation import POINTS, TIMES, WEIGHTS, Mesh, Motion, Row, mesh, sizes, solver
+from .collocation import POINTS, TIMES, WEIGHTS, Mesh, MotionConstraints, Row, mesh, sizes, solver
 from .engine import Engine
 
 _QUIET = 1e-4  # of the mean square of the error over the reference's size: that of the command's rate over the greatest
@@ -22,7 +22,7 @@ class Wish:
     """What an output is to follow: `reference` (SI) of times [k] s, the state's own level in it, for `duration` [s];
     `size` (SI) is what its errors are measured by."""
 
-    motion: Motion
+    motion: MotionConstraints
     output: str
     reference: Callable[[np.ndarray], np.ndarray]
     duration: float
@@ -30,7 +30,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Windows:
+class RecedingHorizon:
     """Intervals of `length` [s]: so many are `played` of each window, and so many are `ahead` of those."""
 
     length: float
@@ -39,7 +39,7 @@ class Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class TrackedTrajectory:
     """States x [k + 1, n] at times t [k + 1] s under inputs u [k, m], as the engine played them."""
 
     t: np.ndarray
@@ -47,7 +47,7 @@ class Followed:
     u: np.ndarray
 
 
-def nearest_course(wish: Wish, windows: Windows) -> Followed | None:
+def nearest_course(wish: Wish, windows: RecedingHorizon) -> TrackedTrajectory | None:
     """The course with the least mean square of its error. None where IPOPT finds none in a window."""
     motion, window = wish.motion, _Window(wish, windows)
     engine = Engine(motion.plant, _EXACT, brief=True)
@@ -61,13 +61,13 @@ def nearest_course(wish: Wish, windows: Windows) -> Followed | None:
             return None
         u[first:last, 0] = commands[: last - first]
         x[first : last + 1] = engine.run(x[first], t[first : last + 1] - t[first], u[first:last]).x
-    return Followed(t, x, u)
+    return TrackedTrajectory(t, x, u)
 
 
 class _Window:
     """The solver of a window, and what it found last."""
 
-    def __init__(self, wish: Wish, windows: Windows) -> None:
+    def __init__(self, wish: Wish, windows: RecedingHorizon) -> None:
         self.wish, self.windows = wish, windows
         k, n = windows.played + windows.ahead, wish.motion.plant.n
         begin, held, asked = ca.MX.sym("begin", n), ca.MX.sym("held"), ca.MX.sym("asked", POINTS, k)

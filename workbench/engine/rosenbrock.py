@@ -79,14 +79,14 @@ class SparseLU:
 
 
 @dataclass(frozen=True)
-class Step:
+class RosenbrockStep:
     """New state and error estimate of one step of length h, as expressions."""
 
     state: ca.SX
     error: ca.SX
 
 
-def step(plant: Plant, x: ca.SX, u: ca.SX, p: ca.SX, h: ca.SX) -> Step:
+def step(plant: Plant, x: ca.SX, u: ca.SX, p: ca.SX, h: ca.SX) -> RosenbrockStep:
     """One ROS3 step from x [n] over h [s] with u held: (1/(g h) I - J) k_i = f(y_i) + sum_j c_ij k_j / h."""
     rates = plant.f(x, u, p)
     jacobian = ca.jacobian(rates, x)
@@ -98,7 +98,7 @@ def step(plant: Plant, x: ca.SX, u: ca.SX, p: ca.SX, h: ca.SX) -> Step:
     stages = (k1, k2, k3)
     advance = sum((m * k for m, k in zip(_M, stages, strict=True)), ca.SX(0))
     error = sum((e * k for e, k in zip(_E, stages, strict=True)), ca.SX(0))
-    return Step(x + advance, error)
+    return RosenbrockStep(x + advance, error)
 
 
 def fixed_step(plant: Plant) -> ca.Function:

@@ -12,7 +12,7 @@ from ..linear.platform_modes import platform_equilibrium
 from ..loop.platform.setup import platform_setup
 from ..loop.rig_variations import with_delay
 from ..plant import Plant, build
-from ..rigs.limited import Limit, limits_of
+from ..rigs.limited import SignalLimit, limits_of
 from ..rigs.platform import AXES, LEGS, Platform
 from ..rigs.rig import Rig
 from ..rigs.shut_off import ShutOff
@@ -38,7 +38,7 @@ class Bench:
     channels: tuple[str, ...]
     noise: np.ndarray
     resolution: np.ndarray
-    limits: tuple[Limit, ...]
+    limits: tuple[SignalLimit, ...]
     shut_off: ShutOff | None = None
 
     @property
@@ -101,6 +101,6 @@ def _range(rig: Rig, name: str) -> CommandRange:
     return CommandRange(name, "1", -largest, largest)
 
 
-def _limits(rig: Rig, outputs: tuple[str, ...], leg: str = "") -> tuple[Limit, ...]:
+def _limits(rig: Rig, outputs: tuple[str, ...], leg: str = "") -> tuple[SignalLimit, ...]:
     own = (replace(limit, signal=f"{leg}{limit.signal}") for limit in limits_of(rig))
     return tuple(limit for limit in own if limit.signal in outputs)

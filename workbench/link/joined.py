@@ -6,7 +6,7 @@ from dataclasses import replace
 from ..base.errors import InputError
 from ..plant import build
 from ..rigs import schema
-from ..rigs.limited import BY_DEFAULT, HELLO, PRESSURE_SHARE, Limit, whose
+from ..rigs.limited import BY_DEFAULT, HELLO, PRESSURE_SHARE, SignalLimit, whose
 from ..rigs.number import Number
 from ..rigs.rig import Rig
 from .hello import Hello
@@ -69,7 +69,7 @@ def _limit(rig: Rig, signal: str) -> str | None:
     return None if name == "pressure" and "Ps" not in rig.numbers else name
 
 
-def _further(rig: Rig, hello: Hello) -> Iterator[Limit]:
+def _further(rig: Rig, hello: Hello) -> Iterator[SignalLimit]:
     """A hello's limits on further signals. The supply stands where the file has it, others at 0, or in the middle."""
     outputs = build(rig).outputs
     for signal, (low, high) in hello.limits.items():
@@ -80,7 +80,7 @@ def _further(rig: Rig, hello: Hello) -> Iterator[Limit]:
         middle, size = low / 2 + high / 2, high / 2 - low / 2
         rest = rig["Ps"] if signal == "supply" and "Ps" in rig.numbers else 0.0
         whose = HELLO + _kept((signal,), hello.names, signal in outputs)
-        yield Limit(signal, middle, size, whose, rest if low < rest < high else None)
+        yield SignalLimit(signal, middle, size, whose, rest if low < rest < high else None)
 
 
 def _kept(signals: Collection[str], measured: Collection[str], foreseen: bool) -> str:

@@ -11,7 +11,7 @@ from ..engine.buffered import BufferedFunction
 from ..engine.instant import watched_readings
 from ..loop.sampled_loop import closing_parameters
 from ..loop.sensors import draws
-from ..rigs.limited import Limit
+from ..rigs.limited import SignalLimit
 from ..rigs.sampling import command_change
 from . import datagrams
 from .bench import Bench
@@ -97,7 +97,7 @@ class ServedRig:
         self.condition = ON
         self.sample()
 
-    def _let_back(self, limit: Limit) -> float:
+    def _let_back(self, limit: SignalLimit) -> float:
         """The size of a limit: a rig that stands beyond it may be on there, and no further."""
         away = float(abs(self.outputs[self.bench.plant.output(limit.signal)] - limit.middle))
         return away + _FURTHER * limit.size if away > limit.size else limit.size

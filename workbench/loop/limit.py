@@ -15,7 +15,7 @@ import numpy as np
 
 from ..base.private_cache import store, stored
 from ..engine import Engine, collocation, fastest
-from ..engine.collocation import Motion
+from ..engine.collocation import MotionConstraints
 from ..engine.fastest import Aim, Course, fastest_course
 from ..linear import equilibrium
 from ..linear.operating_point import far_end
@@ -40,7 +40,7 @@ _EXACT = 1e-7  # tolerance of the engine that plays what was found
 _SOURCES = (fastest.__file__,)
 
 
-def motion_from(rig: Rig, scenario: Scenario, margin: float) -> tuple[Motion, float]:
+def motion_from(rig: Rig, scenario: Scenario, margin: float) -> tuple[MotionConstraints, float]:
     """The motion, no chamber less than `margin` [Pa] above the vapour's pressure, and the controlled signal's level
     (SI) at rest. Raises InputError where the rig has no operating point there."""
     plant, position = build(rig), scenario.position(rig.limit("stroke"))
@@ -49,10 +49,10 @@ def motion_from(rig: Rig, scenario: Scenario, margin: float) -> tuple[Motion, fl
     high = np.full(plant.n, np.inf)
     high[plant.state("x")], high[plant.state("v")] = rig.limit("stroke"), rig.limit("speed")
     low = np.where([state.unit == "Pa" for state in plant.states], margin, -high)
-    return Motion(plant, start.x, start.u, low, high, rig.limit("command_rate")), level
+    return MotionConstraints(plant, start.x, start.u, low, high, rig.limit("command_rate")), level
 
 
-def signals_of(motion: Motion, t: np.ndarray, x: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
+def signals_of(motion: MotionConstraints, t: np.ndarray, x: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
     """Of states x [k + 1, n] at t [k + 1] s, inputs u [k, m]: the time "t [s]", command and outputs [k + 1], SI."""
     every = np.append(u, u[-1:], axis=0)
     outputs, plant = motion.plant.observe(x, every), motion.plant
@@ -63,7 +63,7 @@ def signals_of(motion: Motion, t: np.ndarray, x: np.ndarray, u: np.ndarray) -> d
 def kept(
     kind: Callable[..., T],
     find: Callable[[], T],
-    motion: Motion,
+    motion: MotionConstraints,
     output: str,
     numbers: Sequence[np.ndarray],
     sources: Iterable[str],
@@ -80,7 +80,7 @@ def kept(
     return found
 
 
-def _digest(motion: Motion, output: str, numbers: Sequence[np.ndarray], sources: Iterable[str]) -> str:
+def _digest(motion: MotionConstraints, output: str, numbers: Sequence[np.ndarray], sources: Iterable[str]) -> str:
     plant = motion.plant
     given = [motion.x, motion.u, motion.low, motion.high, np.array(motion.rate), plant.p, plant.scale, *numbers]
     parts = [plant.f.serialize(), plant.h.serialize(), output, *(part.tobytes().hex() for part in given)]

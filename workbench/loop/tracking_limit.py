@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..engine import nearest
-from ..engine.nearest import Windows, Wish, nearest_course
+from ..engine.nearest import RecedingHorizon, Wish, nearest_course
 from ..rigs.rig import Rig
 from .capability import oil_stiffness
 from .limit import BELOW, NO_CHAMBERS, kept, motion_from, signals_of
@@ -102,7 +102,7 @@ def _error(limit: TrackingLimit) -> float:
 
 
 def _played(wish: Wish, interval: float, parts: int) -> TrackingLimit:
-    course = nearest_course(wish, Windows(interval / parts, parts * _PLAYED, parts * _AHEAD))
+    course = nearest_course(wish, RecedingHorizon(interval / parts, parts * _PLAYED, parts * _AHEAD))
     if course is None:
         return TrackingLimit("the solver finds no motion")
     signals = signals_of(wish.motion, course.t, course.x, course.u)

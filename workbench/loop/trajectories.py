@@ -44,7 +44,7 @@ class Driven(Piece):
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class MotionProfile:
     """A motion from rest at 0 to rest at `size` [m], in pieces one after the other."""
 
     size: float
@@ -68,7 +68,7 @@ class Trajectory:
         return x, v, a, j
 
 
-def jerk_limited(size: float, speed: float, acceleration: float, jerk: float) -> Trajectory:
+def jerk_limited(size: float, speed: float, acceleration: float, jerk: float) -> MotionProfile:
     """The fastest motion by `size` [m] within limits of speed [m/s], acceleration [m/s^2] and jerk [m/s^3].
 
     Seven pieces of constant jerk, some of them empty (Biagiotti and Melchiorri, Trajectory Planning for Automatic
@@ -83,7 +83,7 @@ def jerk_limited(size: float, speed: float, acceleration: float, jerk: float) ->
     else:
         hold, cruise = (np.sqrt(ramp**2 + 4 * way / peak) - 3 * ramp) / 2, 0.0
     durations = (ramp, hold, ramp, cruise, ramp, hold, ramp)
-    return Trajectory(size, _chained(durations, (jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk)))
+    return MotionProfile(size, _chained(durations, (jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk)))
 
 
 def _chained(durations: Sequence[float], jerks: Sequence[float]) -> tuple[Piece, ...]:
@@ -94,7 +94,7 @@ def _chained(durations: Sequence[float], jerks: Sequence[float]) -> tuple[Piece,
     return tuple(pieces)
 
 
-def time_optimal(size: float, speed: float, acceleration: float, a0: float, v0: float) -> Trajectory:
+def time_optimal(size: float, speed: float, acceleration: float, a0: float, v0: float) -> MotionProfile:
     """The fastest motion by `size` [m] of a jack whose supply gives it a0 (1 - (v/v0)^2) [m/s^2] at a speed v.
 
     It speeds up by that, or by `acceleration` [m/s^2] where that is less, until it must brake by the lesser of
@@ -120,7 +120,7 @@ def time_optimal(size: float, speed: float, acceleration: float, a0: float, v0: 
         pieces.append(Driven(float(lasting), x, first, 0.0, 0.0, a0, v0))
     x, back = _way_up(top, start, acceleration, a0, v0), way - top**2 / (2 * brake)
     cruise = Piece(max(back - x, 0.0) / top, x, top, 0.0)
-    return Trajectory(size, (*pieces, cruise, Piece(top / brake, back, top, -brake)))
+    return MotionProfile(size, (*pieces, cruise, Piece(top / brake, back, top, -brake)))
 
 
 def _way_up(top: float, start: float, acceleration: float, a0: float, v0: float) -> float:

@@ -22,7 +22,7 @@ from .described import described
 from .frequency_sheet import FrequencySheet, listed_sheet
 from .read import read_record, record_name
 from .record import Record, centred_means
-from .sessions import DATED, Drift, Session, read_drifts, read_sessions
+from .sessions import DATED, DeclaredSession, Drift, read_drifts, read_sessions
 
 FILE = "campaign.toml"
 _APART = {"select": "what selects is not fitted", "heldout": "a held-out record is never fitted nor selected by"}
@@ -73,7 +73,7 @@ class Campaign:
     select: tuple[Record, ...] = ()
     sheets: tuple[FrequencySheet, ...] = ()
     score: str = WINDOWS
-    sessions: tuple[Session, ...] = ()
+    sessions: tuple[DeclaredSession, ...] = ()
     drifts: tuple[Drift, ...] = ()
     corrector: str = ""
     input_noise: Mapping[str, InputNoise] = field(default_factory=dict)

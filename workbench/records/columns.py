@@ -14,7 +14,7 @@ from .table import cell_name
 
 HELD, LINEAR = "held", "linear"
 """How a signal goes between its samples: as a drive holds its command, or on a straight line."""
-_SHOWN = 20  # columns in a message
+_MOST_NAMED = 20  # columns in a message
 _CELL = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 
 
@@ -149,5 +149,5 @@ def _unused(cell: str, mapping: Mapping[str, ColumnMap]) -> str:
 
 
 def _listed(cells: Sequence[str]) -> str:
-    more = len(cells) - _SHOWN
-    return ", ".join(f'"{cell}"' for cell in cells[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    more = len(cells) - _MOST_NAMED
+    return ", ".join(f'"{cell}"' for cell in cells[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

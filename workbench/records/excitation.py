@@ -93,7 +93,7 @@ def chirp(
 
 
 @dataclass(frozen=True)
-class Multisine:
+class MultisineSpec:
     """What measures a response: largest value, SI; band [Hz], seconds of a period, number of lines, falling as 1/f."""
 
     amplitude: float

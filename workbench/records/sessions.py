@@ -14,7 +14,7 @@ _OIL = Spec("K", 233.15, 423.15, "temperature of the oil")
 
 
 @dataclass(frozen=True)
-class Session:
+class DeclaredSession:
     """Records, by name, in which `numbers` of the rig may be others than in those of no session.
 
     `temperature`, K, is for the report alone.
@@ -37,7 +37,7 @@ class Drift:
     per: str
 
 
-def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str]) -> tuple[Session, ...]:
+def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str]) -> tuple[DeclaredSession, ...]:
     """The tables [sessions.NAME]; `files` are the files of the records that move, by name, `train` those fitted.
 
     Raises InputError for a bad key, a pattern that no record matches, a record of two sessions, and a number that no
@@ -67,10 +67,10 @@ def read_drifts(tables: Table, files: Mapping[str, str]) -> tuple[Drift, ...]:
     return tuple(drifts)
 
 
-def _session(table: Table, name: str, files: Mapping[str, str]) -> Session:
+def _session(table: Table, name: str, files: Mapping[str, str]) -> DeclaredSession:
     table.allow("records", "numbers", "temperature", *DATED)
     temperature = table.quantity("temperature", _OIL) if "temperature" in table else None
-    return Session(name, _records(table, files), table.words("numbers", "K3", ()), temperature)
+    return DeclaredSession(name, _records(table, files), table.words("numbers", "K3", ()), temperature)
 
 
 def _records(table: Table, files: Mapping[str, str]) -> tuple[str, ...]:

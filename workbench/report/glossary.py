@@ -40,12 +40,12 @@ WORDS = {
     "lockstep": "the client of a served rig sets the pace: one command, one reading",
     "over the limit": "a time over the soonest in which an optimiser settles the known rig",
 }
-_SHOWN = re.compile(r"<(script|style)\b.*?</\1>|<[^>]*>", re.DOTALL)
+_MARKUP = re.compile(r"<(script|style)\b.*?</\1>|<[^>]*>", re.DOTALL)
 
 
 def words_in(html: str) -> dict[str, str]:
     """The words of the house that a page shows, in one number or the other, with their meanings; scripts are unseen."""
-    text = _SHOWN.sub(" ", html)
+    text = _MARKUP.sub(" ", html)
     return {word: meaning for word, meaning in WORDS.items() if _form(word).search(text)}
 
 

@@ -32,7 +32,7 @@ _DIGITS = 3  # of a rule of thumb
 
 
 @dataclass(frozen=True)
-class Response:
+class DatasheetResponse:
     """Corner frequencies [Hz] of a stage at an amplitude (part of full input), gain referred to `reference` [Hz]."""
 
     stage: str
@@ -63,7 +63,7 @@ class Datasheet:
     jack: str
     valve: Mapping[str, float]
     ranges: Mapping[str, tuple[float, float]]
-    responses: tuple[Response, ...]
+    responses: tuple[DatasheetResponse, ...]
     given: Mapping[str, Number]
     geometry: Rig | None
     rounding: Mapping[str, float]
@@ -247,7 +247,7 @@ def _rounding(part: Table, geometry: Rig) -> dict[str, float]:
     return {name: part.quantity(name, Spec(specs[name].unit, 0, geometry[name], ""), "source") for name in part}
 
 
-def _responses(valve: Table, kind: ValveKind) -> tuple[Response, ...]:
+def _responses(valve: Table, kind: ValveKind) -> tuple[DatasheetResponse, ...]:
     entries = valve.tables("response", "stage", *RESPONSE)
     responses = [_response(entry, kind) for entry in entries]
     for i, response in enumerate(responses):
@@ -258,6 +258,6 @@ def _responses(valve: Table, kind: ValveKind) -> tuple[Response, ...]:
     return tuple(responses)
 
 
-def _response(entry: Table, kind: ValveKind) -> Response:
+def _response(entry: Table, kind: ValveKind) -> DatasheetResponse:
     numbers = {key: entry.quantity(key, spec, "source") for key, spec in RESPONSE.items()}
-    return Response(entry.word("stage", kind.stages), **numbers)
+    return DatasheetResponse(entry.word("stage", kind.stages), **numbers)

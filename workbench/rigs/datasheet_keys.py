@@ -20,7 +20,7 @@ RESPONSE = {
 
 
 @dataclass(frozen=True)
-class Figure:
+class DatasheetEntry:
     """A number that a datasheet states: its table, its stage where it is of a `[[valve.response]]`, key and range."""
 
     section: str
@@ -39,24 +39,24 @@ class Figure:
         return bool(own) and all(self.key in entry for entry in own)
 
 
-def figures(valve: ValveKind | None, jack: JackKind | None) -> tuple[Figure, ...]:
+def figures(valve: ValveKind | None, jack: JackKind | None) -> tuple[DatasheetEntry, ...]:
     """What the sheet of a jack with this valve must state, in the order in which an engineer reads a datasheet."""
     supply = ("Ps",) if valve is None or valve.needs_geometry else ("Ps", "Pr")
     return (
-        *(Figure("supply", key, schema.SUPPLY[key]) for key in supply),
-        *(Figure("valve", key, spec) for key, spec in (valve.figures.items() if valve else ())),
+        *(DatasheetEntry("supply", key, schema.SUPPLY[key]) for key in supply),
+        *(DatasheetEntry("valve", key, spec) for key, spec in (valve.figures.items() if valve else ())),
         *(
-            Figure("valve", key, spec, stage)
+            DatasheetEntry("valve", key, spec, stage)
             for stage in (valve.stages if valve else ())
             for key, spec in RESPONSE.items()
         ),
         *(_of_jack(jack) if jack else ()),
-        Figure("load", "M", schema.LOAD["M"]),
+        DatasheetEntry("load", "M", schema.LOAD["M"]),
     )
 
 
-def _of_jack(jack: JackKind) -> list[Figure]:
-    return [Figure("jack", key, jack.numbers[key]) for key in dict.fromkeys((*jack.areas, "S"))]
+def _of_jack(jack: JackKind) -> list[DatasheetEntry]:
+    return [DatasheetEntry("jack", key, jack.numbers[key]) for key in dict.fromkeys((*jack.areas, "S"))]
 
 
 def check_complete(top: Table) -> None:
@@ -81,5 +81,5 @@ def _kind(top: Table, section: str, kinds: Mapping[str, Any]) -> Any:
     return kinds[part.word("kind", kinds)] if "kind" in part else None
 
 
-def _named(figure: Figure) -> str:
+def _named(figure: DatasheetEntry) -> str:
     return f"{figure.section}.{figure.key} ({figure.spec.meaning}, in {figure.spec.unit})"

@@ -19,7 +19,7 @@ PRESSURE_SHARE = 1.3
 
 
 @dataclass(frozen=True)
-class Limit:
+class SignalLimit:
     """A signal that may be no further than `size` from its `middle`, SI, and whose limit that is; `rest`: where it is
     at rest, its middle unless another is given."""
 
@@ -89,16 +89,16 @@ def whose(limit: Number) -> str:
     return f"{FILE}: {limit.source}" if limit.source else FILE
 
 
-def limits_of(rig: "Rig") -> tuple[Limit, ...]:
+def limits_of(rig: "Rig") -> tuple[SignalLimit, ...]:
     """Of position, velocity, force, where there is one the pressure of each chamber, and what a live rig limits
     further."""
     own = rig.limits
     about = (("position", rig.middle, "stroke"), ("velocity", 0.0, "speed"), ("force", 0.0, "force"))
-    limits = [Limit(signal, middle, own[name].value, whose(own[name])) for signal, middle, name in about]
+    limits = [SignalLimit(signal, middle, own[name].value, whose(own[name])) for signal, middle, name in about]
     if (high := own.get("pressure")) is not None:
         low = own["least_pressure"].value if "least_pressure" in own else -high.value
         middle, size = (high.value + low) / 2, (high.value - low) / 2
-        limits += [Limit(chamber, middle, size, whose(high)) for chamber in ("pa", "pb")]
+        limits += [SignalLimit(chamber, middle, size, whose(high)) for chamber in ("pa", "pb")]
     return (*limits, *rig.further_limits)
 
 
@@ -107,13 +107,13 @@ class Nearest:
     """The limit that signals came nearest to: the value, its share of the way to the limit, and the lane, where there
     are some."""
 
-    limit: Limit
+    limit: SignalLimit
     value: float
     share: float
     lane: int
 
 
-def nearest_limit(limits: tuple[Limit, ...], signals: Mapping[str, np.ndarray]) -> Nearest | None:
+def nearest_limit(limits: tuple[SignalLimit, ...], signals: Mapping[str, np.ndarray]) -> Nearest | None:
     """Of signals [.., k] by name, what came nearest to a limit, or furthest beyond; None where none has a limit."""
     found: Nearest | None = None
     for limit in limits:

@@ -10,7 +10,7 @@ from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS, JackKind
-from .limited import Limit
+from .limited import SignalLimit
 from .load import LOADS, ROD_CELL, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
@@ -66,7 +66,7 @@ class Rig(Mapping[str, float]):
     deadline: Number | None = None
     load: str = SPECIMEN
     shut_off: ShutOff | None = None
-    further_limits: tuple[Limit, ...] = ()
+    further_limits: tuple[SignalLimit, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """SI value of a plant number. Raises KeyError that names the nearest there is."""

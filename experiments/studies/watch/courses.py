@@ -11,7 +11,7 @@ import numpy as np
 from workbench.identify.watch.changes import Change
 from workbench.identify.watch.forecast import interval, passes
 from workbench.identify.watch.naming import Name
-from workbench.identify.watch.told import Told, fitted_sessions
+from workbench.identify.watch.told import NamedChange, fitted_sessions
 
 from .made_rig import WEEK, Pace
 
@@ -59,9 +59,9 @@ def _held(random: np.random.Generator, pace: Pace) -> bool | None:
     return low <= WEEK * (truth - now) <= high
 
 
-def _told(sizes: Mapping[int, float], days: np.ndarray) -> Told:
+def _told(sizes: Mapping[int, float], days: np.ndarray) -> NamedChange:
     numbers = {t: {_NAME: size} for t, size in sizes.items()}
     change = Change(0, "drift", 1, 1.0, 1.0, 1, 1)
     course = {t: (size, _READ) for t, size in sizes.items()}
     at = {t: float(days[t]) for t in sizes}
-    return Told(change, 0, Name(_NAME, (_NAME,), 1.0), _NAME, course, numbers, None, "", (_NAME,), at)
+    return NamedChange(change, 0, Name(_NAME, (_NAME,), 1.0), _NAME, course, numbers, None, "", (_NAME,), at)

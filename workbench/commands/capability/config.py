@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.controller_spec import ControllerSpec
-from ...identify.acceptance.row import Limit
+from ...identify.acceptance.row import AcceptanceLimit
 from ...loop.reach import sampled_record
 from ...records import Record
 from ...records.frequency_sheet import Columns
@@ -41,7 +41,7 @@ class CapabilityAsked:
     pump: float | None = None
     records: Sequence[Record] = ()
     drive: DriveAsked | None = None
-    limits: Mapping[str, Limit] = field(default_factory=dict)
+    limits: Mapping[str, AcceptanceLimit] = field(default_factory=dict)
 
 
 def read_course(path: Path, rig: Rig) -> np.ndarray:

@@ -18,7 +18,7 @@ _PER_MINUTE = 60000.0
 
 
 @dataclass(frozen=True)
-class Figure:
+class CapabilityLine:
     """A line before it is known how well: its SI value times `scale` in `unit`; None and why."""
 
     meaning: str
@@ -39,7 +39,7 @@ def said_frequencies(rig: Rig) -> np.ndarray:
     return f[f * rig.period.value <= 0.1]
 
 
-def jack_figures(rig: Rig, asked: CapabilityAsked, drive: Drive) -> dict[str, Figure]:
+def jack_figures(rig: Rig, asked: CapabilityAsked, drive: Drive) -> dict[str, CapabilityLine]:
     """Of the envelope and of the drive file."""
     f = said_frequencies(rig)
     figures = envelope_figures(envelope(carried_by_jack(rig, f), drive))
@@ -48,47 +48,47 @@ def jack_figures(rig: Rig, asked: CapabilityAsked, drive: Drive) -> dict[str, Fi
     return figures
 
 
-def envelope_figures(own: Envelope) -> dict[str, Figure]:
+def envelope_figures(own: Envelope) -> dict[str, CapabilityLine]:
     """The largest sines, and the force at a load cell or at the piston that belongs to them."""
-    amplitude, figures = own.amplitude, dict[str, Figure]()
+    amplitude, figures = own.amplitude, dict[str, CapabilityLine]()
     for k, f in enumerate(own.f.tolist()):
         meaning = f"largest sine of position at {f:g} Hz, bound by {own.binding[k]}"
-        figures[f"displacement_{spoken(f)}"] = Figure(meaning, "mm", 1e3, float(amplitude[k]))
+        figures[f"displacement_{spoken(f)}"] = CapabilityLine(meaning, "mm", 1e3, float(amplitude[k]))
     for k, f in enumerate(own.f.tolist()):
         force, what = (own.cell, "load cell") if own.cell.any() else (own.pressure, "piston")
-        figures[f"force_{spoken(f)}"] = Figure(
+        figures[f"force_{spoken(f)}"] = CapabilityLine(
             f"amplitude of the force at the {what} with it, {f:g} Hz", "kN", 1e-3, float(force[k] * amplitude[k])
         )
     return figures
 
 
-def drive_figures(need: Demands, drive: DriveAsked, pump: float | None) -> dict[str, Figure]:
+def drive_figures(need: Demands, drive: DriveAsked, pump: float | None) -> dict[str, CapabilityLine]:
     """Power, flow, heat and opening; the accumulator of the pump."""
     mean, opening = float(need.flow.mean()), float(need.lands.opening.max())
     beyond = "" if np.isfinite(opening) else "the force is beyond what the supply gives, whatever the valve"
     figures = {
-        "power_mean": Figure("mean power out of the supply", "kW", 1e-3, float(need.power.mean())),
-        "power_peak": Figure("largest power out of the supply", "kW", 1e-3, float(need.power.max())),
-        "flow_mean": Figure("mean flow out of the supply", "l/min", _PER_MINUTE, mean),
-        "flow_peak": Figure("largest flow out of the supply", "l/min", _PER_MINUTE, float(need.flow.max())),
-        "heat": Figure("mean power that heats the oil", "kW", 1e-3, need.heat),
-        "opening_peak": Figure("largest opening of the valve", "%", 100.0, None if beyond else opening, beyond),
+        "power_mean": CapabilityLine("mean power out of the supply", "kW", 1e-3, float(need.power.mean())),
+        "power_peak": CapabilityLine("largest power out of the supply", "kW", 1e-3, float(need.power.max())),
+        "flow_mean": CapabilityLine("mean flow out of the supply", "l/min", _PER_MINUTE, mean),
+        "flow_peak": CapabilityLine("largest flow out of the supply", "l/min", _PER_MINUTE, float(need.flow.max())),
+        "heat": CapabilityLine("mean power that heats the oil", "kW", 1e-3, need.heat),
+        "opening_peak": CapabilityLine("largest opening of the valve", "%", 100.0, None if beyond else opening, beyond),
     }
     if pump is not None:
         oil = lacking(need.flow, need.rig.period.value, pump)
         gas = None if oil is None else accumulator(oil, need.rig["Ps"], drive.sag)
         why = f"the pump gives {pump * _PER_MINUTE:.4g} l/min, less than the mean"
         meaning = f"accumulator beside the pump, the supply falling by {100 * drive.sag:g} %"
-        figures["accumulator"] = Figure(meaning, "l", 1e3, gas, why if gas is None else "")
+        figures["accumulator"] = CapabilityLine(meaning, "l", 1e3, gas, why if gas is None else "")
     return figures
 
 
-def rows_with_bounds(rig: Rig, figures: Callable[[Rig], Mapping[str, Figure]]) -> list[Row]:
+def rows_with_bounds(rig: Rig, figures: Callable[[Rig], Mapping[str, CapabilityLine]]) -> list[Row]:
     """Lines of figures: each number's bounds count as a uniform spread, and their effects add as independent ones do.
 
     Where a number's spread leaves a figure unsaid, it counts as none.
     """
-    own, moved = figures(rig), list[Mapping[str, Figure]]()
+    own, moved = figures(rig), list[Mapping[str, CapabilityLine]]()
     for name, number in rig.numbers.items():
         if number.low is not None and number.high is not None and number.high > number.low:
             spread = (number.high - number.low) / _UNIFORM
@@ -96,7 +96,7 @@ def rows_with_bounds(rig: Rig, figures: Callable[[Rig], Mapping[str, Figure]]) -
     return [_row(id, figure, [each[id] for each in moved]) for id, figure in own.items()]
 
 
-def _row(id: str, figure: Figure, moved: Sequence[Figure]) -> Row:
+def _row(id: str, figure: CapabilityLine, moved: Sequence[CapabilityLine]) -> Row:
     value = figure.value
     if value is None:
         return unsaid(id, figure.meaning, figure.unit, figure.reason)

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ...identify.acceptance.bench import TestBench
-from ...identify.acceptance.row import Limit, Row, judged
+from ...identify.acceptance.row import AcceptanceLimit, Row, judged
 from ...loop.performance.bounds import Drive, Envelope, envelope, weakest
 from ...loop.performance.carried import carried_along, platform_axes
 from ...loop.platform.setup import PlatformSetup, platform_setup
@@ -32,7 +32,7 @@ _HOW = (
 
 
 def run_platform_capability(
-    platform: Platform, made: Made, limits: Mapping[str, Limit], stage: Stage, progress: Progress
+    platform: Platform, made: Made, limits: Mapping[str, AcceptanceLimit], stage: Stage, progress: Progress
 ) -> Outcome:
     """`rows`: the largest sine along each axis at each frequency, and how far a loop follows it; `envelope`: what
     binds, by axis; `reached`: what the engine says of it."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...identify.acceptance.bench import TestBench
-from ...identify.acceptance.row import Limit, Row, judged, unsaid
+from ...identify.acceptance.row import AcceptanceLimit, Row, judged, unsaid
 from ...identify.acceptance.sines import steady_sines
 from ...loop.describing_function import sampled_frequencies
 from ...loop.drive_simulation import drive
@@ -48,10 +48,10 @@ def run_capability(asked: CapabilityAsked, stage: Stage, progress: Progress) -> 
     return Outcome(metrics, lambda: capability_page(asked, found, rows), _tables(found), subject=subject, dated=False)
 
 
-def _limits(asked: CapabilityAsked) -> dict[str, Limit]:
+def _limits(asked: CapabilityAsked) -> dict[str, AcceptanceLimit]:
     """The user's, and that the cooler takes the heat."""
     cooler = asked.drive.cooler if asked.drive else None
-    own = {} if cooler is None else {"heat": Limit(f"cooler {cooler / 1e3:g} kW", None, cooler / 1e3)}
+    own = {} if cooler is None else {"heat": AcceptanceLimit(f"cooler {cooler / 1e3:g} kW", None, cooler / 1e3)}
     return own | dict(asked.limits)
 
 

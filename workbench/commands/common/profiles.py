@@ -12,7 +12,7 @@ from ...rigs.rig import Rig
 
 if TYPE_CHECKING:
     from ...loop.capability import Capability
-    from ...loop.trajectories import Trajectory
+    from ...loop.trajectories import MotionProfile
 
 PROFILES = ("jerk-limited", "time-optimal")
 DURATION = Spec("s", 1e-3, 1e6, "how long it is watched")
@@ -33,7 +33,7 @@ def read_profile(name: str, table: Table, size: float, rig: Rig, further: Mappin
     return Scenario(name, "position", size, duration, waveform=waveform, stands=float(t[-1]), **further)
 
 
-def _trajectory(table: Table, size: float, rig: Rig, load: float) -> "Trajectory":
+def _trajectory(table: Table, size: float, rig: Rig, load: float) -> "MotionProfile":
     from ...loop.capability import SHARE, capability
     from ...loop.trajectories import jerk_limited, time_optimal
 

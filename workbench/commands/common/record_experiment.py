@@ -19,7 +19,7 @@ from ...loop.rig_variations import Conditions, with_delay
 from ...loop.rows import LoopSetup, loop_setup
 from ...loop.scenarios import Scenario
 from ...plant import build
-from ...records.excitation import Multisine
+from ...records.excitation import MultisineSpec
 from ...rigs.rig import Rig
 from .drawn_record import KEYS as DRAWN_KEYS, DrawnConfig, read_drawn
 from .experiment import borrowed_controllers, read_conditions, read_experiment, rig_of, with_specimen
@@ -116,12 +116,12 @@ def read_record_experiment(
     )
 
 
-def read_multisine(table: Table, amplitude: Spec, nyquist: float, shortest: float = 0.1) -> Multisine:
+def read_multisine(table: Table, amplitude: Spec, nyquist: float, shortest: float = 0.1) -> MultisineSpec:
     """The table [measure]: the multisine by which a loop's response is measured, its amplitude within a spec, its
     period of `shortest` [s] at least. Raises InputError with file and key."""
     table.allow("amplitude", "low", "high", "seconds", "lines")
     low, high = (table.quantity(key, Spec("Hz", 1e-3, nyquist, f"{key}est frequency")) for key in ("low", "high"))
-    return Multisine(
+    return MultisineSpec(
         table.quantity("amplitude", amplitude),
         (low, high),
         table.quantity("seconds", Spec("s", shortest, 100.0, "one period of the multisine")),

@@ -10,7 +10,7 @@ from ...identify.fit.solver import Fit
 from ...identify.trace.problem import EstimationProblem
 from ...records import Campaign
 from ...records.campaign import FILE
-from ...records.sessions import REPEAT, Session
+from ...records.sessions import REPEAT, DeclaredSession
 from ...report import Section, Table
 
 _LISTED = 4  # records of a group that are named
@@ -79,7 +79,7 @@ def session_lines(problem: EstimationProblem, difference: SessionDifference) -> 
     return [f"[sessions.{name}]", f"records = {_pattern(problem, difference)}", f'numbers = ["{difference.number}"]']
 
 
-def _declared(campaign: Campaign, difference: SessionDifference) -> Session | None:
+def _declared(campaign: Campaign, difference: SessionDifference) -> DeclaredSession | None:
     return next((s for s in campaign.sessions if difference.group == f"of session {s.name}"), None)
 
 

@@ -17,7 +17,7 @@ from .options import Call, computes
 from .shipped import campaign
 
 if TYPE_CHECKING:
-    from ...identify.acceptance.row import Limit
+    from ...identify.acceptance.row import AcceptanceLimit
 
 Rows = Mapping[str, Mapping[str, Any]]  # lines of a sheet by id, as metrics.json has them
 
@@ -40,7 +40,7 @@ class Asked:
     rig: Rig
     campaign: Campaign | None
     seed: int
-    limits: "dict[str, Limit]"
+    limits: "dict[str, AcceptanceLimit]"
     digests: dict[str, str]
 
     @property
@@ -90,7 +90,7 @@ def check_jack(rig: Rig) -> None:
         raise InputError(f"{rig.name}: is no jack with a valve; name one")
 
 
-def limits_of(path: Path | None) -> "tuple[dict[str, Limit], dict[str, str]]":
+def limits_of(path: Path | None) -> "tuple[dict[str, AcceptanceLimit], dict[str, str]]":
     """Limits by line, and the digest of their file. Raises InputError."""
     if path is None:
         return {}, {}
@@ -108,7 +108,7 @@ def read_lines(path: Path) -> Rows:
         raise InputError(f"{path}: no sheet of valve-test ({type(error).__name__}); name its metrics.json") from None
 
 
-def limit_tables(limits: "Mapping[str, Limit]") -> dict[str, Any]:
+def limit_tables(limits: "Mapping[str, AcceptanceLimit]") -> dict[str, Any]:
     """As an identity has them."""
     return {name: vars(limit) for name, limit in limits.items()}
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...base.words import counted
 from ...identify.columns.guess import ColumnGuess
 from ...identify.columns.roles import Roles
-from ...records.foreign import Part
+from ...records.foreign import ConvertedTable
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.table import table_text
 from ...rigs.rig import Rig
@@ -20,7 +20,7 @@ _WIDTH, _DRAWN, _HEIGHT = 24, 60, 170  # letters of a picture, pictures on a pag
 
 
 def metrics(
-    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], problem: str, mends: Sequence[str]
+    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[ConvertedTable], problem: str, mends: Sequence[str]
 ) -> dict[str, Any]:
     """metrics.json; the contract's `signals`, and all that the page says."""
     return {
@@ -98,7 +98,12 @@ def bars(values: np.ndarray) -> str:
 
 
 def import_page(
-    guesses: Sequence[ColumnGuess], roles: Roles, parts: Sequence[Part], rig: Rig, problem: str, mends: Sequence[str]
+    guesses: Sequence[ColumnGuess],
+    roles: Roles,
+    parts: Sequence[ConvertedTable],
+    rig: Rig,
+    problem: str,
+    mends: Sequence[str],
 ) -> tuple[Page, Figure]:
     """The report and its telling figure."""
     figures = [_figure(guess) for guess in guesses[:_DRAWN]]

@@ -8,10 +8,10 @@ from pathlib import Path
 from ...base.errors import InputError
 from ...identify.columns.guess import ColumnGuess, guess_columns
 from ...identify.columns.polarity import held_against, mended
-from ...identify.columns.roles import Motion, Roles, by_order, motion, roles
+from ...identify.columns.roles import RecordMotion, Roles, by_order, motion, roles
 from ...records import ColumnMap, load_campaign, read_record
 from ...records.campaign import FILE
-from ...records.foreign import UNREAD, Part
+from ...records.foreign import UNREAD, ConvertedTable
 from ...records.read import UNUSED
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, rig_text
@@ -43,7 +43,12 @@ def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progres
 
 
 def _tried(
-    folder: Path, parts: Sequence[Part], guesses: list[ColumnGuess], rig: Rig, named: str, period: float | None
+    folder: Path,
+    parts: Sequence[ConvertedTable],
+    guesses: list[ColumnGuess],
+    rig: Rig,
+    named: str,
+    period: float | None,
 ) -> tuple[list[ColumnGuess], Roles, str, list[str]]:
     """Guesses and roles that the commands take, or those of the first trial and what stands in their way; what was
     mended in the records."""
@@ -72,7 +77,7 @@ def _tried(
     return guesses, division, f"{_TRIALS} mistakes were undone, and the last was not tried again: {last}", mends
 
 
-def _period(parts: Sequence[Part]) -> float | None:
+def _period(parts: Sequence[ConvertedTable]) -> float | None:
     """From row to row [s], where the files say so. Raises InputError where they say different ones."""
     said = {part.period: part.origin for part in parts}
     if len(said) > 1:
@@ -81,7 +86,7 @@ def _period(parts: Sequence[Part]) -> float | None:
     return next(iter(said))
 
 
-def _without_clock(parts: Sequence[Part], guesses: Sequence[ColumnGuess]) -> str:
+def _without_clock(parts: Sequence[ConvertedTable], guesses: Sequence[ColumnGuess]) -> str:
     """That nothing is a clock, with what comes nearest to one, and what to do."""
     near = [f'"{guess.column.cell}" {guess.reason}' for guess in guesses if guess.suggested == "t"]
     near += dict.fromkeys(note for part in parts for note in part.notes if note.startswith(UNREAD))
@@ -89,7 +94,7 @@ def _without_clock(parts: Sequence[Part], guesses: Sequence[ColumnGuess]) -> str
     return f'{told}; export the time in seconds, or write t = {{period = "1 ms"}} under [signals], from row to row'
 
 
-def _set_apart(guesses: list[ColumnGuess], parts: Sequence[Part], folder: Path) -> list[ColumnGuess]:
+def _set_apart(guesses: list[ColumnGuess], parts: Sequence[ConvertedTable], folder: Path) -> list[ColumnGuess]:
     cells = set_apart(guesses, parts, folder)
     return [
         replace(guess, column=replace(guess.column, cell=cells.get(guess.column.cell, guess.column.cell)))
@@ -97,7 +102,9 @@ def _set_apart(guesses: list[ColumnGuess], parts: Sequence[Part], folder: Path) 
     ]
 
 
-def _motions(folder: Path, parts: Sequence[Part], guesses: Sequence[ColumnGuess], period: float | None) -> list[Motion]:
+def _motions(
+    folder: Path, parts: Sequence[ConvertedTable], guesses: Sequence[ColumnGuess], period: float | None
+) -> list[RecordMotion]:
     """How every record moves. Raises InputError for one that cannot be read as the guesses say."""
     mapping = {guess.signal: guess.mapping for guess in guesses if guess.signal is not None}
     if "t" not in mapping and period is not None:

@@ -11,15 +11,15 @@ from ...base.signals import SIGNALS
 from ...identify.columns.guess import ColumnGuess
 from ...identify.columns.summary import ColumnSummary, summary
 from ...records.columns import HELD, LINEAR, beside
-from ...records.foreign import Part, column, open_foreign, renamed, write_parts
+from ...records.foreign import ConvertedTable, column, open_foreign, renamed, write_parts
 from ...records.foreign.open import suffix_of
 from ...records.foreign.unit_names import name_of
 from ..common.outcome import Progress
 
 
-def converted(files: Sequence[Path], folder: Path, progress: Progress) -> list[Part]:
+def converted(files: Sequence[Path], folder: Path, progress: Progress) -> list[ConvertedTable]:
     """Every file as one strict table or several in `folder`, named as the file is. Raises InputError."""
-    parts: list[Part] = []
+    parts: list[ConvertedTable] = []
     names: set[str] = set()
     for path in files:
         progress(f"reading {path.name}")
@@ -41,7 +41,7 @@ def _name(path: Path, taken: set[str]) -> str:
     return name
 
 
-def summaries(parts: Sequence[Part], folder: Path) -> list[ColumnSummary]:
+def summaries(parts: Sequence[ConvertedTable], folder: Path) -> list[ColumnSummary]:
     """What every column of the tables is, over all that have it, in the order of the tables; one in memory at once.
 
     Raises InputError for a column that has one unit in one file and another in the next.
@@ -68,7 +68,7 @@ def summaries(parts: Sequence[Part], folder: Path) -> list[ColumnSummary]:
     return [summary(cell, unit, records(cell), ways[cell]) for cell, unit in units.items()]
 
 
-def set_apart(guesses: Sequence[ColumnGuess], parts: Sequence[Part], folder: Path) -> dict[str, str]:
+def set_apart(guesses: Sequence[ColumnGuess], parts: Sequence[ConvertedTable], folder: Path) -> dict[str, str]:
     """Rename columns that are left out but called like a signal, as which they would be read; new cells by old."""
     cells = {}
     for guess in guesses:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
-from ...records.excitation import Multisine
+from ...records.excitation import MultisineSpec
 from ..common.experiment import on_platform, read_experiment
 from ..common.record_experiment import RecordExperiment, read_multisine, read_record_experiment
 from .platform_config import PlatformLearnConfig, platform_learning
@@ -21,7 +21,7 @@ class LearnConfig:
     record: RecordExperiment
     controller: ControllerSpec
     iterations: int
-    measure: Multisine | None
+    measure: MultisineSpec | None
 
 
 def load_any(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig | PlatformLearnConfig:

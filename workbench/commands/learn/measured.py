@@ -8,14 +8,14 @@ from ...base.errors import InputError
 from ...identify.data.frequency_response import measured_response
 from ...loop.repeated_record import RepeatedRecord
 from ...records import Record
-from ...records.excitation import Multisine, multisine
+from ...records.excitation import MultisineSpec, multisine
 from ..common.record_experiment import RecordExperiment
 
 PERIODS = 5  # of which the first is the transient
 FAINT = 0.95  # coherence of a line that counts
 
 
-def measured_loop(experiment: RecordExperiment, measure: Multisine, played: RepeatedRecord) -> dict[str, Any]:
+def measured_loop(experiment: RecordExperiment, measure: MultisineSpec, played: RepeatedRecord) -> dict[str, Any]:
     """{"f": [k] Hz, "response": [k] complex}: reference -> controlled signal, up to where they are coherent.
 
     Raises InputError where the multisine trips the guard, or too little of it is coherent.

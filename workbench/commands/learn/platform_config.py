@@ -7,7 +7,7 @@ from ...base.table import Table
 from ...base.units import Spec
 from ...control.platform_controller import PlatformSpec
 from ...loop.platform.learning import PayloadDraw
-from ...records.excitation import Multisine
+from ...records.excitation import MultisineSpec
 from ..common.envelope_keys import draws_nothing, read_ends
 from ..common.platform_experiment import PlatformExperiment, platform_experiment
 from ..common.platform_motion import MOTION, PlatformMotion, read_motion
@@ -32,7 +32,7 @@ class PlatformLearnConfig:
     record: PlatformRecordExperiment
     motion: PlatformMotion
     controller: PlatformSpec
-    sines: Multisine
+    sines: MultisineSpec
     iterations: int
 
 

@@ -12,7 +12,7 @@ from ...base.errors import InputError, nearest
 from ...base.toml_text import toml_text
 from ...base.units import number_and_unit, quantity
 from ...rigs.datasheet import KIND
-from ...rigs.datasheet_keys import Figure, figures
+from ...rigs.datasheet_keys import DatasheetEntry, figures
 from ...rigs.jack import JACKS
 from ...rigs.valve import VALVES
 
@@ -58,7 +58,7 @@ def asked_datasheet(stages: str, name: str, ask: Ask = input) -> str:
         kinds = " or ".join(JACKS)
         raise InputError(f"the answers ended before the kind of jack, {kinds}; answer every question") from None
     wanted = figures(kind, JACKS[jack])
-    answers: list[tuple[Figure, dict[str, Any]]] = []
+    answers: list[tuple[DatasheetEntry, dict[str, Any]]] = []
     for figure in wanted:
         try:
             answers.append((figure, _asked(ask, _prompt(figure), lambda text, of=figure: _number(text, of))))
@@ -66,7 +66,7 @@ def asked_datasheet(stages: str, name: str, ask: Ask = input) -> str:
             names = ", ".join(_label(figure) for figure in wanted[len(answers) :])
             raise InputError(f"the answers ended before {names}; answer every question") from None
     for key, spec in kind.further_figures.items():
-        further = Figure("valve", key, spec)
+        further = DatasheetEntry("valve", key, spec)
         try:
             answer = _asked(ask, _prompt(further), lambda text, of=further: _number(text, of) if text else None)
         except EOFError:
@@ -91,7 +91,7 @@ def _jack(answer: str) -> str:
     return answer
 
 
-def _number(answer: str, figure: Figure) -> dict[str, Any]:
+def _number(answer: str, figure: DatasheetEntry) -> dict[str, Any]:
     if (limit := _AT_MOST.fullmatch(answer)) and figure.key in _LEAST:
         most = _number(limit["end"], figure)
         half, bounds = most["value"] / 2, [_LEAST[figure.key] * most["value"], most["value"]]
@@ -102,16 +102,16 @@ def _number(answer: str, figure: Figure) -> dict[str, Any]:
     return {"value": value, "unit": unit, "source": "datasheet"}
 
 
-def _label(figure: Figure) -> str:
+def _label(figure: DatasheetEntry) -> str:
     return f"{figure.stage} {figure.key}" if figure.stage else figure.key
 
 
-def _prompt(figure: Figure) -> str:
+def _prompt(figure: DatasheetEntry) -> str:
     stage = f"{figure.stage} stage: " if figure.stage else ""
     return f"{stage}{figure.spec.meaning} ({figure.key}), such as {_EXAMPLES[figure.key]}: "
 
 
-def _document(valve: str, jack: str, answers: Sequence[tuple[Figure, Mapping[str, Any]]]) -> Mapping[str, Any]:
+def _document(valve: str, jack: str, answers: Sequence[tuple[DatasheetEntry, Mapping[str, Any]]]) -> Mapping[str, Any]:
     sections: dict[str, dict[str, Any]] = {"supply": {}, "valve": {"kind": valve}, "jack": {"kind": jack}, "load": {}}
     if VALVES[valve].needs_geometry:
         sections["valve"]["like"] = _GEOMETRY

@@ -12,7 +12,7 @@ from ...identify.datasheet.corners import corner_frequencies, rated_flow
 from ...identify.datasheet.valve_fit import ValveFit, fit_three_stage, second_order_numbers
 from ...identify.fit.determined import DETERMINED, FIGURE_ERROR
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Section, Table, bode
-from ...rigs.datasheet import Datasheet, Response, build_rig
+from ...rigs.datasheet import Datasheet, DatasheetResponse, build_rig
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
@@ -74,7 +74,7 @@ def _measure(sheet: Datasheet, rig: Rig, stage: Stage, label: str) -> _Measured:
     curves = {}
     for response in sheet.responses:
 
-        def compute(response: Response = response) -> dict[str, Any]:
+        def compute(response: DatasheetResponse = response) -> dict[str, Any]:
             sine, f3db, f90 = corner_frequencies(rig, response, POINTS)
             flow = sine.response["flow"]
             return {"f": sine.f, "real": np.real(flow), "imag": np.imag(flow), "f3db": f3db, "f90": f90}
@@ -193,7 +193,7 @@ def _estimates(numbers: Sequence[Number]) -> Table:
     )
 
 
-def _bode(response: Response, after: _Measured, before: _Measured | None) -> Figure:
+def _bode(response: DatasheetResponse, after: _Measured, before: _Measured | None) -> Figure:
     """The curves with the datasheet's corners as points."""
     curves = [FrequencyCurve("rig", *after.curves[response.id])]
     if before:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import echo
-from ...base.table import Place, Table
+from ...base.table import Table, TableLocation
 from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched, TuneProblem
 from ...rigs.rig import Rig
@@ -161,7 +161,7 @@ def _rigs(top: Table, start: StepConfig) -> dict[str, Rig]:
     return rigs
 
 
-def read_weights(weights: Mapping[str, Any], place: Place | str) -> dict[str, float]:
+def read_weights(weights: Mapping[str, Any], place: TableLocation | str) -> dict[str, float]:
     """The weights of the cost, one or more, each in the unit of WEIGHTS. Raises InputError, opened by `place`."""
     table = Table(weights, place, *WEIGHTS)
     if not len(table):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...identify.acceptance.bench import TestBench
-from ...identify.acceptance.dynamics import SINES, STEPS, Response, corner_rows
+from ...identify.acceptance.dynamics import SINES, STEPS, ResponseEstimate, corner_rows
 from ...identify.acceptance.excitations import VALVE_TELLS, missing_records
 from ...identify.acceptance.null_shift import State, by_supply, by_temperature, null_shift
 from ...identify.acceptance.row import Estimate, Row, judged, measured, unsaid
@@ -73,7 +73,7 @@ def _no_pilot(rig: Rig) -> str:
     return f"a {rig.valve} valve has no pilot"
 
 
-def _pilot(rig: Rig, responses: dict[str, Response], flow: tuple[float, float] | None, lacks: str) -> list[Row]:
+def _pilot(rig: Rig, responses: dict[str, ResponseEstimate], flow: tuple[float, float] | None, lacks: str) -> list[Row]:
     lines = [
         row
         for size in SINES
@@ -91,7 +91,7 @@ def _shift(bench: TestBench) -> Row:
     return null_shift(SUPPLY, [State(rig["Ps"], TestBench(rig, bench.seed).flow_records(), rig) for rig in rigs])
 
 
-def _columns(response: Response) -> dict:
+def _columns(response: ResponseEstimate) -> dict:
     """Of a response, what its parquet has."""
     return {
         "f_hz": response.f,

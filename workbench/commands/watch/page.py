@@ -9,7 +9,7 @@ import numpy as np
 from ...base.words import counted
 from ...identify.watch.history import FEWEST, History
 from ...identify.watch.loop_costs import FIGURES
-from ...identify.watch.told import NORMAL, Told
+from ...identify.watch.told import NORMAL, NamedChange
 from ...loop.metrics import METRICS
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -29,7 +29,7 @@ def watch_page(
     sessions: Sequence[DatedSession],
     moves: np.ndarray,
     deviations: np.ndarray,
-    told: Sequence[Told],
+    told: Sequence[NamedChange],
     costs: Mapping[str, Sequence[float | None]],
     metrics: Mapping[str, Any],
     shown: MetricView,
@@ -127,7 +127,7 @@ def standing(alarms: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return [alarm for alarm in alarms if alarm["until"] is None]
 
 
-def _course(told: Told, weeks: np.ndarray, marks: Sequence[Mark]) -> Panel:
+def _course(told: NamedChange, weeks: np.ndarray, marks: Sequence[Mark]) -> Panel:
     """What is named, by its own fits."""
     at = sorted(told.course)
     value = np.array([told.course[t][0] for t in at])

@@ -22,7 +22,7 @@ from ...identify.watch.reader import SessionReader, read_sessions
 from ...identify.watch.session_evidence import Axis, SessionEvidence
 from ...identify.watch.smoothed import smoothed
 from ...identify.watch.splitting import to_split
-from ...identify.watch.told import NORMAL, Told, named, numbers_then
+from ...identify.watch.told import NORMAL, NamedChange, named, numbers_then
 from ...records.campaign import FILE, campaign_rig
 from ...records.dated_sessions import DatedSession, DatedSessions
 from ...report import Figure, Page
@@ -155,7 +155,7 @@ def _named(
     evidence: Sequence[SessionEvidence],
     known: History,
     telling: Telling,
-) -> Told:
+) -> NamedChange:
     left, change = telling.left, telling.change
     usual = float(np.median([evidence[t].chi2 for t in left[: max(change.earliest, 1)]]))
     own = [sessions[t] for t in left]
@@ -175,13 +175,13 @@ def label(axis: Axis) -> str:
     return f"{axis.name} [{axis.unit}]"
 
 
-def _of_the_names(told: Sequence[Told], session: int) -> dict[str, list[float]]:
+def _of_the_names(told: Sequence[NamedChange], session: int) -> dict[str, list[float]]:
     courses = {each.label: each.course[session] for each in told if session in each.course}
     return {label: [value + side * NORMAL * deviation for side in (0, -1, 1)]
             for label, (value, deviation) in courses.items()}  # fmt: skip
 
 
-def _alarm(told: Told, sessions: Sequence[DatedSession]) -> dict[str, Any]:
+def _alarm(told: NamedChange, sessions: Sequence[DatedSession]) -> dict[str, Any]:
     change: Change = told.change
     name: Name = told.name
     rate: Mapping[str, Any] | None = None

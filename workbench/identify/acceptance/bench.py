@@ -15,7 +15,7 @@ from ...loop.sensors import Disturbance
 from ...plant import Plant, build_blocked_valve, build_pilot_bench, build_valve_bench
 from ...records import Record
 from ...rigs.rig import Rig
-from .dynamics import Response
+from .dynamics import ResponseEstimate
 
 METER = 1e-3  # of the rated flow: noise of a sample of a flow meter, declared here: no rig file has one
 PERIOD = 5e-3  # s, of what moves slowly
@@ -72,12 +72,12 @@ class TestBench:
         command = steps(size / 100, FAST)
         return self._played(build_valve_bench(self.rig), f"valve-step-{size}", command, FAST, 10 + size)
 
-    def response(self, stage: str, size: int) -> Response:
+    def response(self, stage: str, size: int) -> ResponseEstimate:
         """Flow over the input by stepped sine of size %, over its first: of the "pilot" or the "main" stage."""
         f, flow = self._amplitudes(stage, size)
         return _relative(f, flow, AGREE * np.abs(flow))
 
-    def metered_response(self, stage: str, size: int) -> Response:
+    def metered_response(self, stage: str, size: int) -> ResponseEstimate:
         """The same as a flow meter tells it: with its noise over each sine."""
         f, flow = self._amplitudes(stage, size)
         most = self.rated if stage == "main" else self.pilot_rated
@@ -138,9 +138,9 @@ def standing(plant: Plant, command: np.ndarray, names: tuple[str, ...]) -> np.nd
     return np.array(rows)
 
 
-def _relative(f: np.ndarray, flow: np.ndarray, radius: np.ndarray) -> Response:
+def _relative(f: np.ndarray, flow: np.ndarray, radius: np.ndarray) -> ResponseEstimate:
     first = float(np.abs(flow[0]))
-    return Response(f, flow / first, radius / first)
+    return ResponseEstimate(f, flow / first, radius / first)
 
 
 def triangle(peak: float, seconds: float, cycles: int, period: float = PERIOD) -> np.ndarray:

@@ -22,7 +22,7 @@ _COHERENT = 0.9
 
 
 @dataclass(frozen=True)
-class Response:
+class ResponseEstimate:
     """Complex response [k] at f [k] Hz, and the 95 % circle about each [k]."""
 
     f: np.ndarray
@@ -30,7 +30,7 @@ class Response:
     radius: np.ndarray
 
 
-def corner_rows(response: Response | None, stem: str, what: str, reason: str) -> list[Row]:
+def corner_rows(response: ResponseEstimate | None, stem: str, what: str, reason: str) -> list[Row]:
     """Where the gain has fallen by 3 dB from its first, and where the phase passes -90 deg.
 
     Low and high are where the edges of the band pass. Null where the response does not reach there.
@@ -57,7 +57,7 @@ def _corner(
     return Row(id, meaning, "Hz", value, low, f[-1] if high is None else high)
 
 
-def multisine_response(record: Record, output: str) -> Response | None:
+def multisine_response(record: Record, output: str) -> ResponseEstimate | None:
     """Of a record that excites the command broadly; None where little of it is coherent."""
     try:
         found = measured_response(record, "command", output)
@@ -66,10 +66,10 @@ def multisine_response(record: Record, output: str) -> Response | None:
     good = found.coherence >= _COHERENT
     if good.sum() < 5:
         return None
-    return Response(found.f[good], found.response[good], found.radius[good])
+    return ResponseEstimate(found.f[good], found.response[good], found.radius[good])
 
 
-def sine_response(record: Record, output: str) -> Response:
+def sine_response(record: Record, output: str) -> ResponseEstimate:
     """Of a record with sines of one frequency after another, rests between them. Raises InputError for what is none."""
     blocks = [block for block in _moving(record) if block[1] - block[0] > 2 * _REST]
     if not blocks:
@@ -77,7 +77,7 @@ def sine_response(record: Record, output: str) -> Response:
         raise InputError(f"record {record.name}: no sine in it: the command {does}; play sines with rests between")
     points = sorted((_sine(record, output, *block) for block in blocks), key=lambda point: point[0])
     f, response, radius = (np.array(column) for column in zip(*points, strict=True))
-    return Response(f, response, radius)
+    return ResponseEstimate(f, response, radius)
 
 
 def _sine(record: Record, output: str, first: int, last: int) -> tuple[float, complex, float]:

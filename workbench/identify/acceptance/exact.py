@@ -8,7 +8,7 @@ from .bench import ABOUT_NULL, TestBench, standing
 from .curve_figures import curve_rows, null_bias
 from .dynamics import SINES, corner_rows
 from .flow_curve import NODES, FlowCurve
-from .regression import Fit
+from .regression import Regression
 
 PER_MINUTE = 60000.0  # l/min of a m^3/s
 _GRID = np.concatenate((-np.array(NODES[::-1]), [0.0], NODES))
@@ -30,7 +30,7 @@ def curve_lines(rig: Rig, command: np.ndarray) -> dict[str, float | None]:
     """Figures of the flow [k] at which the bench stands at commands [k]."""
     flow = standing(build_valve_bench(rig), command, ("flow",))[:, 0]
     none = np.zeros((command.size, command.size))
-    exact = FlowCurve(command, flow, Fit(flow, none, none, 2), "")
+    exact = FlowCurve(command, flow, Regression(flow, none, none, 2), "")
     return {row.id: row.value for row in curve_rows(exact)}
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from ...records import Record
 from ...rigs.rig import Rig
 from .opening import Opening
-from .regression import Fit, Series, regress
+from .regression import Regression, Series, regress
 from .row import Estimate
 
 RATED = 35e5  # Pa, over one land
@@ -42,7 +42,7 @@ class FlowCurve:
 
     command: np.ndarray
     flow: np.ndarray
-    fit: Fit
+    fit: Regression
     source: str
 
     def estimate(self, weights: np.ndarray, value: float | None = None) -> Estimate:
@@ -92,7 +92,7 @@ def piston_curve(records: Sequence[Record], rig: Rig, opening: Opening) -> FlowC
     return FlowCurve(nodes, curve, fit.widened(*causes), "piston speed, less compressibility and leakage")
 
 
-def _fitted(parts: Sequence[tuple[Record, np.ndarray]], nodes: np.ndarray, rig: Rig) -> tuple[np.ndarray, Fit]:
+def _fitted(parts: Sequence[tuple[Record, np.ndarray]], nodes: np.ndarray, rig: Rig) -> tuple[np.ndarray, Regression]:
     unknown = any("supply" not in record.signals for record, _ in parts)
     known, prior = _declared(rig, nodes, unknown)
     balanced = any("supply" not in record.signals and _has_both(record) for record, _ in parts)

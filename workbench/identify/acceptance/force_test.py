@@ -15,7 +15,7 @@ from ...rigs.rig import Rig
 from .force_dynamic import ForcePoint, check_reference, force_points, free_mass, plain_frequency, referenced_mass
 from .force_static import StaticTest, span_error, static_rows, static_test, widened
 from .regression import Series, regress
-from .row import Estimate, Limit, Row, measured, unsaid
+from .row import AcceptanceLimit, Estimate, Row, measured, unsaid
 
 _BEYOND = 1.5  # times the highest frequency that was played, up to which a band is said
 _HELD_OUT = 4  # points, from which on each is compensated by a mass that the others say
@@ -30,7 +30,7 @@ class ForceSheet:
     static: StaticTest | None
     points: list[ForcePoint]
     mass: Estimate | None
-    limits: Mapping[str, Limit]
+    limits: Mapping[str, AcceptanceLimit]
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def force_sheet(records: Sequence[Record], rig: Rig, asked: Reference) -> ForceS
     if not points:
         rows.insert(-2, unsaid("dynamic_error", "error of the indicated force range", "%", _NO_FORCE))
     reach = 100 * asked.within
-    held = {f"{kind}_{name}": Limit(None, -reach, reach) for kind in _KINDS for name in names}
+    held = {f"{kind}_{name}": AcceptanceLimit(None, -reach, reach) for kind in _KINDS for name in names}
     return ForceSheet(rows, static, points, mass, held)
 
 

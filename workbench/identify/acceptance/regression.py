@@ -27,7 +27,7 @@ class Series:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Regression:
     """Coefficients [n], their covariance by the likelihood and by grouped scores [n, n], and how many groups spoke."""
 
     coefficients: np.ndarray
@@ -41,7 +41,7 @@ class Fit:
         both = (direction @ covariance @ direction for covariance in (self.likelihood, self.grouped))
         return float(np.sqrt(max(0.0, *both)))
 
-    def widened(self, *directions: np.ndarray) -> "Fit":
+    def widened(self, *directions: np.ndarray) -> "Regression":
         """With what else is not known: each direction [n] is a deviation of the coefficients by one cause."""
         more = sum((np.outer(each, each) for each in directions), np.zeros_like(self.likelihood))
         return replace(self, likelihood=self.likelihood + more, grouped=self.grouped + more)
@@ -52,7 +52,7 @@ class Fit:
         return float(max(3, self.groups - 1))
 
 
-def regress(series: Sequence[Series], known: np.ndarray, prior: np.ndarray, summed: bool = True) -> Fit:
+def regress(series: Sequence[Series], known: np.ndarray, prior: np.ndarray, summed: bool = True) -> Regression:
     """The coefficients [n], `known` within `prior` standard deviations (infinite: not known at all).
 
     `summed`: the series are increments of a running sum with sensor noise; else samples with white noise. Grouped
@@ -69,7 +69,7 @@ def regress(series: Sequence[Series], known: np.ndarray, prior: np.ndarray, summ
     inflated = len(scores) / max(1.0, len(scores) - told)
     grouped = covariance @ (scores.T @ scores * inflated + precision) @ covariance
     both = np.outer(unit, unit)
-    return Fit(unit * coefficients, both * covariance, both * grouped, len(scores))
+    return Regression(unit * coefficients, both * covariance, both * grouped, len(scores))
 
 
 class _Problem:

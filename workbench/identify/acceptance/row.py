@@ -74,7 +74,7 @@ def unsaid(id: str, meaning: str, unit: str, reason: str) -> Row:
 
 
 @dataclass(frozen=True)
-class Limit:
+class AcceptanceLimit:
     """What the maker states, and the limits that the user sets, each in the unit of the line; None: no limit."""
 
     maker: float | str | None = None
@@ -90,23 +90,23 @@ class Limit:
         return replace(row, maker=self.maker, passed=within, limited=True)
 
 
-def read_limits(path: str | Path) -> dict[str, Limit]:
+def read_limits(path: str | Path) -> dict[str, AcceptanceLimit]:
     """Limits by line, from a TOML of tables `[id]` with `maker`, `low` and `high`. Raises InputError."""
     top = read_toml(Path(path))
     return {name: _limit(top.table(name, "maker", "low", "high")) for name in top}
 
 
-def _limit(table: Table) -> Limit:
+def _limit(table: Table) -> AcceptanceLimit:
     maker = table.values.get("maker")
     if isinstance(maker, bool) or not isinstance(maker, str | int | float | None):
         raise table.complaint("maker", "write a number in the line's unit, or words in quotes")
     low, high = (table.number(key) if key in table else None for key in ("low", "high"))
     if low is not None and high is not None and low > high:
         raise table.complaint("low", f"{low:g} is above high, {high:g}; swap them")
-    return Limit(maker, low, high)
+    return AcceptanceLimit(maker, low, high)
 
 
-def judged(rows: Iterable[Row], limits: Mapping[str, Limit]) -> list[Row]:
+def judged(rows: Iterable[Row], limits: Mapping[str, AcceptanceLimit]) -> list[Row]:
     """The rows held against the limits: of a line, or of all lines whose names begin with a limit's.
 
     Raises InputError for a limit of a line that the sheet does not have.

@@ -17,15 +17,15 @@ _STEADY = (0.4, 0.75)  # of a sine: before, it settles; after, what comes to res
 
 
 @dataclass(frozen=True)
-class Demand:
+class SineCriteria:
     """How much of a sine's variance may be something else, and how many cycles it has at least."""
 
     other: float
     cycles: int
 
 
-PLAYED = Demand(0.01, 6)  # of what is played: of a triangle 0.014 is something else
-ANSWERED = Demand(0.05, 9)  # of a force, which a valve's lap distorts: of a square 0.19 is
+PLAYED = SineCriteria(0.01, 6)  # of what is played: of a triangle 0.014 is something else
+ANSWERED = SineCriteria(0.05, 9)  # of a force, which a valve's lap distorts: of a square 0.19 is
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,9 @@ def frequency(t: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     return f, float(np.var(left(found.x)) / np.var(y))
 
 
-def check_sine(record: Record, first: int, last: int, found: tuple[float, float], demand: Demand, what: str) -> None:
+def check_sine(
+    record: Record, first: int, last: int, found: tuple[float, float], demand: SineCriteria, what: str
+) -> None:
     """Raises InputError for rows whose `frequency` found no sine in them, and for too few cycles."""
     f, other = found
     if other > demand.other:

@@ -15,7 +15,7 @@ from ...base.units import from_si
 from ...records import Record
 from ...rigs.rig import Rig
 from .curve_figures import curve_rows
-from .dynamics import SINES, STEPS, Response, corner_rows, multisine_response, sine_response, step_rows
+from .dynamics import SINES, STEPS, ResponseEstimate, corner_rows, multisine_response, sine_response, step_rows
 from .flow_curve import FlowCurve, metered_curve, piston_curve
 from .hysteresis import hysteresis_row, threshold_row
 from .opening import Opening, command_opening, spool_opening
@@ -57,7 +57,7 @@ class ValveSheet:
 
     rows: list[Row]
     curve: FlowCurve | None
-    responses: Mapping[str, Response]
+    responses: Mapping[str, ResponseEstimate]
 
 
 def valve_sheet(records: Sequence[Record], rig: Rig) -> ValveSheet:
@@ -174,12 +174,12 @@ def _steps(tests: Mapping[str, Record], output: str | None, rig: Rig) -> list[Ro
     return step_rows(found, output, sensor.noise if sensor else 0.0, "no record valve-step of this size")
 
 
-def _sines(tests: Mapping[str, Record], size: int, output: str | None) -> Response | None:
+def _sines(tests: Mapping[str, Record], size: int, output: str | None) -> ResponseEstimate | None:
     record = tests.get(f"valve-sine-{size}")
     return None if record is None or output is None else sine_response(record, output)
 
 
-def _small(records: Sequence[Record], output: str | None) -> Response | None:
+def _small(records: Sequence[Record], output: str | None) -> ResponseEstimate | None:
     """The response that reaches furthest, of all records."""
     if output is None:
         return None

@@ -15,14 +15,14 @@ from .guess import LIKELY, ColumnGuess
 
 
 @dataclass(frozen=True)
-class Verdict:
+class PolarityCheck:
     """Whether a rig's model can be held against a campaign; else what stands in the way, or what looks mistaken."""
 
     problem: str = ""
     mistake: Mistake | None = None
 
 
-def held_against(campaign: Campaign, rig: Rig) -> Verdict:
+def held_against(campaign: Campaign, rig: Rig) -> PolarityCheck:
     """Do what every command on a campaign does before it computes."""
     try:
         floor = scored_floor(campaign, rig)
@@ -31,10 +31,10 @@ def held_against(campaign: Campaign, rig: Rig) -> Verdict:
             compared(plants[record.name], record, floor)
         mistake = mistaken(campaign, rig, floor)
     except InputError as error:
-        return Verdict(str(error))
+        return PolarityCheck(str(error))
     if mistake is not None and mistake.kind in ("shifted", "doubtful"):  # no line of a campaign mends it
-        return Verdict(f"{mistake.told(rig.name)}; {mistake.remedy}")
-    return Verdict(mistake=mistake)
+        return PolarityCheck(f"{mistake.told(rig.name)}; {mistake.remedy}")
+    return PolarityCheck(mistake=mistake)
 
 
 def mended(guesses: Sequence[ColumnGuess], mistake: Mistake, rig: Rig) -> list[ColumnGuess]:

@@ -19,7 +19,7 @@ _SPLIT = 2 / 3  # of a file alone: what is fitted
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordMotion:
     """How a record moves: from when to when [s], its peak command, its command thinned, until when [s] it rests."""
 
     name: str
@@ -40,7 +40,7 @@ class Roles:
     reason: str
 
 
-def motion(record: Record, file: str) -> Motion:
+def motion(record: Record, file: str) -> RecordMotion:
     """How a record moves."""
     command, t = record.signals["command"], record.t
     moving = np.maximum(np.abs(command - command[0]) / _STILL, _moved(record))
@@ -49,7 +49,9 @@ def motion(record: Record, file: str) -> Motion:
     at_rest = bool(moving.max() < _AT_REST)
     shape = np.interp(np.linspace(0, 1, 200), np.linspace(0, 1, command.size), command)
     until = float(t[still - 1]) if quiet and not at_rest else None
-    return Motion(record.name, file, float(t[0]), float(t[-1]), float(np.abs(command).max()), shape, until, at_rest)
+    return RecordMotion(
+        record.name, file, float(t[0]), float(t[-1]), float(np.abs(command).max()), shape, until, at_rest
+    )
 
 
 def _moved(record: Record) -> np.ndarray:
@@ -69,7 +71,7 @@ def _resolution(values: np.ndarray) -> float:
     return float(np.min(steps[steps > 0], initial=np.inf)) if steps.any() else 0.0
 
 
-def roles(motions: Sequence[Motion]) -> Roles:
+def roles(motions: Sequence[RecordMotion]) -> Roles:
     """Records at rest measure the noise; of commands that differ those of middle size judge, of repeats the last one.
 
     A file alone is fitted in its first part and judged in the rest.
@@ -108,7 +110,7 @@ def by_order(files: Sequence[str]) -> Roles:
     return Roles({"static": [], "train": list(files[:-1]), "heldout": list(files[-1:])}, why)
 
 
-def _rests(moving: Sequence[Motion]) -> list[Any]:
+def _rests(moving: Sequence[RecordMotion]) -> list[Any]:
     """The stretch at rest before the first move of the record that rests longest."""
     resting = [m for m in moving if m.rests_until is not None]
     longest = max(resting, key=lambda m: (m.rests_until or 0.0) - m.start, default=None)
@@ -117,9 +119,9 @@ def _rests(moving: Sequence[Motion]) -> list[Any]:
     return [{"file": longest.file, "from": longest.start, "to": float(f"{longest.rests_until:.6g}")}]
 
 
-def _repeats(moving: Sequence[Motion]) -> list[list[Motion]]:
+def _repeats(moving: Sequence[RecordMotion]) -> list[list[RecordMotion]]:
     """Records by command: those of one group repeat it."""
-    groups: list[list[Motion]] = []
+    groups: list[list[RecordMotion]] = []
     for m in moving:
         for group in groups:
             size = max(np.ptp(group[0].shape), 1e-12)

@@ -12,7 +12,7 @@ from ...linear import equilibrium
 from ...linear.crossings import corner_frequency
 from ...linear.frequency_response import SteppedSine, scan, stepped_sine
 from ...plant import Plant, build_pilot_bench, build_valve_bench
-from ...rigs.datasheet import Datasheet, Response
+from ...rigs.datasheet import Datasheet, DatasheetResponse
 from ...rigs.rig import Rig
 
 _FAILED = 3.0  # error of every figure where the model cannot be simulated
@@ -22,7 +22,9 @@ _LEAST_SLOPE = (0.7, 20.0)  # dB and deg per e-fold of frequency: a flatter curv
 _BENCH_DROP = 70e5  # Pa: over both lands of the flow benches
 
 
-def corner_frequencies(rig: Rig, response: Response, points: int) -> tuple[SteppedSine, float | None, float | None]:
+def corner_frequencies(
+    rig: Rig, response: DatasheetResponse, points: int
+) -> tuple[SteppedSine, float | None, float | None]:
     """The stage's stepped sine, gain referred to its first frequency, with its -3 dB and -90 deg frequencies [Hz]."""
     plant = _bench(rig, response.stage)
     rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
@@ -75,7 +77,7 @@ class FigureErrors:
             [(self.at(x + step * (np.arange(len(x)) == k)) - here) / step for k, step in enumerate(steps)]
         ).T
 
-    def _corner_errors(self, rig: Rig, response: Response) -> tuple[float, float]:
+    def _corner_errors(self, rig: Rig, response: DatasheetResponse) -> tuple[float, float]:
         """Errors of both corners, read off two points around each, or around both where they are close."""
         engine = self._engines[response.stage]
         plant = engine.plant

@@ -19,7 +19,7 @@ from ...plant import Plant
 from ...records import Record
 from .rest_state import rest_state
 from .session_numbers import SessionNumber, session_windows
-from .windows import Group, Windows, delayed, first_guess, further_inputs, run_up
+from .windows import WindowGroup, Windows, delayed, first_guess, further_inputs, run_up
 
 TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
 FREE_RUN_TOLERANCE = 1e-5  # of the errors of free runs, which are far above that
@@ -71,7 +71,7 @@ class Model:
         both = np.append(self.plant.p, 0 * self.plant.p)
         return back_end_of(*graphs, both, _STEPPING, "auto")[0]
 
-    def parameters_of(self, windows: Windows, group: Group, p: np.ndarray) -> np.ndarray:
+    def parameters_of(self, windows: Windows, group: WindowGroup, p: np.ndarray) -> np.ndarray:
         """The plant's parameters [w, k] in each window of a group."""
         k = len(self.plant.parameters)
         values = np.tile(p[:k], (len(group.which), 1))
@@ -80,7 +80,7 @@ class Model:
             values[:, column] = number.values(values[:, column], change, weight)
         return values
 
-    def _directions_of(self, windows: Windows, group: Group, p: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def _directions_of(self, windows: Windows, group: WindowGroup, p: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Changes of the plant's parameters [w, directions, k] in each window of a group along `along`."""
         k = len(self.plant.parameters)
         values, changes = np.tile(p[:k], (len(group.which), 1)), np.tile(along[:, :k], (len(group.which), 1, 1))
@@ -242,7 +242,7 @@ class Model:
         y = self.engine.outputs(x, self._held(late.now, further), flat[:, None])[..., self._columns]
         return y.reshape(len(p), len(group.which), *y.shape[1:])
 
-    def _late(self, windows: Windows, group: Group, p: np.ndarray) -> HeldCommands:
+    def _late(self, windows: Windows, group: WindowGroup, p: np.ndarray) -> HeldCommands:
         return windows.commands(group, self.plant.lateness(p), self.plant.interpolated)
 
     def errors(self, windows: Windows, x0: np.ndarray, p: np.ndarray) -> list[np.ndarray]:

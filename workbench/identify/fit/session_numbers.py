@@ -14,12 +14,12 @@ from ...base.errors import InputError, nearest
 from ...plant import Plant, build
 from ...records import Campaign
 from ...records.campaign import FILE
-from ...records.sessions import RECORD, Drift, Session
+from ...records.sessions import RECORD, DeclaredSession, Drift
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ..data.noise_floor import same_command
 from .determined import FreeParameter
-from .windows import Group, Windows
+from .windows import WindowGroup, Windows
 
 _LEAST, _MOST = 0.5, 2.0  # factors: beyond, it is no other state of one rig
 
@@ -103,7 +103,7 @@ def session_plants(campaign: Campaign, rig: Rig) -> dict[str, Plant]:
 
 
 def session_windows(
-    numbers: Sequence[SessionNumber], parameters: Sequence[str], windows: Windows, group: Group
+    numbers: Sequence[SessionNumber], parameters: Sequence[str], windows: Windows, group: WindowGroup
 ) -> list[tuple[int, np.ndarray]]:
     """For each number its parameter, and its weights in the windows of a group [w]."""
     names = [windows.records[windows.spans[w][0]].name for w in group.which]
@@ -113,7 +113,7 @@ def session_windows(
     ]
 
 
-def _session_number(campaign: Campaign, rig: Rig, own: Session, name: str, train: set[str]) -> SessionNumber:
+def _session_number(campaign: Campaign, rig: Rig, own: DeclaredSession, name: str, train: set[str]) -> SessionNumber:
     number, low, high = _bounded(rig, name, f"{campaign.path / FILE}: sessions.{own.name}.numbers")
     others = {n for each in campaign.sessions if name in each.numbers for n in each.records}
     fitted = name in own.numbers and bool(train & set(own.records)) and bool(train - others)

@@ -32,7 +32,7 @@ _EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class WindowGroup:
     """Windows of one length: which of all windows [w], their times [w, rows + 1] (s), the measured values and their
     weights, one over sigma or 0 where not compared [w, rows, signals]."""
 
@@ -55,7 +55,7 @@ class Windows:
     records: tuple[Record, ...]
     names: tuple[str, ...]
     spans: tuple[tuple[int, int, int], ...]
-    groups: tuple[Group, ...]
+    groups: tuple[WindowGroup, ...]
     free_run: bool = False
     misfit: float = 1.0
 
@@ -89,14 +89,14 @@ class Windows:
         since a jack at rest is where it is measured to be."""
         return self.free_run and all(first == 0 and _rests(self.records[index]) for index, first, _ in self.spans)
 
-    def commands(self, group: Group, delay: float = 0.0, interpolated: bool = False) -> HeldCommands:
+    def commands(self, group: WindowGroup, delay: float = 0.0, interpolated: bool = False) -> HeldCommands:
         """What arrives in each row of a group [w, rows] of commands that are `delay` s late."""
         spans = [self.spans[w] for w in group.which]
         late = {index: delayed(self.records[index], delay, interpolated) for index in {index for index, _, _ in spans}}
         rows = [late[index].some(slice(first, end)) for index, first, end in spans]
         return stacked(rows)
 
-    def inputs(self, group: Group) -> dict[str, np.ndarray]:
+    def inputs(self, group: WindowGroup) -> dict[str, np.ndarray]:
         """The further inputs that the records carry, held in each row of a group [w, rows]; 0 where one has none."""
         spans = [self.spans[w] for w in group.which]
         carried = {index: further_inputs(self.records[index]) for index in {index for index, _, _ in spans}}
@@ -272,7 +272,7 @@ def _groups(
     names: tuple[str, ...],
     spans: tuple[tuple[int, int, int], ...],
     weights: dict[str, float],
-) -> tuple[Group, ...]:
+) -> tuple[WindowGroup, ...]:
     tables = [_table(record, names, weights) for record in records]
     order = sorted(range(len(spans)), key=lambda w: spans[w][2] - spans[w][1])
     groups = []
@@ -280,7 +280,7 @@ def _groups(
         which = list(members)
         parts = [tuple(table[spans[w][1] : spans[w][2]] for table in tables[spans[w][0]]) for w in which]
         measured, weight, start, length = (np.array(column) for column in zip(*parts, strict=True))
-        groups.append(Group(np.array(which), np.hstack((start, (start + length)[:, -1:])), measured, weight))
+        groups.append(WindowGroup(np.array(which), np.hstack((start, (start + length)[:, -1:])), measured, weight))
     return tuple(groups)
 
 

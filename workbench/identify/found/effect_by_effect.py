@@ -12,7 +12,7 @@ ALONE = "fitted rig alone"
 
 
 @dataclass(frozen=True)
-class Step:
+class AddedEffect:
     """What was `added` last, and the RMS error [signal's unit] of all held-out records, by signal."""
 
     added: str
@@ -23,13 +23,13 @@ class Step:
         return {"added": self.added, "rms": self.rms}
 
 
-def steps(trace: Trace) -> list[Step]:
+def steps(trace: Trace) -> list[AddedEffect]:
     """One step for the rig alone and one for each effect that was added; none where records are not run through."""
     if not (trace.problem.free_run and trace.effects):
         return []
     models = [trace.base, *(fit.refitted for fit in trace.effects)]
     names = [ALONE, *(fit.candidate.effect.title for fit in trace.effects)]
-    return [Step(name, _rms(trace, model)) for name, model in zip(names, models, strict=True)]
+    return [AddedEffect(name, _rms(trace, model)) for name, model in zip(names, models, strict=True)]
 
 
 def _rms(trace: Trace, model_fit: FittedModel) -> dict[str, float | None]:

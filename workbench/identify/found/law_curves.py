@@ -19,7 +19,7 @@ _TELLING = 0.1  # of the largest value of a formula: below it a relative differe
 _BOTH = 0.1  # of the range on either side of 0: less is one side
 _TYPICAL = 0.75  # quantile of the speeds at which a law is held
 _STEP = 1e-3  # of a number's standard deviation, or of its magnitude where it has none: for slopes of a gain
-_SHOWN = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "m": "mm"}
+_DISPLAY_UNITS = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "m": "mm"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def _in_units(effect: Effect, curve: LawCurve, plain: np.ndarray) -> LawCurve:
     if plain.any() and not np.ptp(plain):
         return replace(curve, unit="%", values=100 * curve.values / plain, half=100 * curve.half / plain)
     si = _unit(slot)
-    unit = _SHOWN.get(si, si)
+    unit = _DISPLAY_UNITS.get(si, si)
     values = np.asarray(from_si(curve.values, unit, si))
     return replace(curve, unit=unit, values=values, half=np.asarray(from_si(curve.half, unit, si)))
 

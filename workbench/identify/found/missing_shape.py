@@ -22,7 +22,7 @@ from ..trace.shape import shape
 
 DRAWN = 1000  # points of a disturbance
 _HIDDEN = ("flapper", "lowest_pressure")
-_SHOWN = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "N": "N", "1": "1"}
+_DISPLAY_UNITS = {"m^3/s": "l/min", "Pa": "bar", "A": "mA", "N": "N", "1": "1"}
 _MEANING = {
     ("drive", "current"): "pilot current",
     ("drive", "command"): "command",
@@ -129,7 +129,7 @@ def _shaped(
     (probe,) = (probe for probe in probes(problem.rig) if probe.equation == best.equation)
     order = np.argsort(-np.mean(disturbance**2, axis=(0, 1))).tolist()
     variable = probe.inputs[order[0]]
-    unit = str(_SHOWN.get(variable.unit, variable.unit))
+    unit = str(_DISPLAY_UNITS.get(variable.unit, variable.unit))
     values = from_si(disturbance[..., order[0]] * variable.scale, unit, variable.unit)
     disturbance_shape = shape(variable.name, unit, values, signals, problem.train.records[0].period)
     partner = None

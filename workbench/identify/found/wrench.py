@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..wrench.candidates import Candidate
+from ..wrench.candidates import WrenchCandidate
 from ..wrench.closed import Closed
 from ..wrench.fitted import PayloadFit, WrenchProblem, fit_payload
 from ..wrench.search import WrenchTrace, trace_wrench
@@ -60,7 +60,7 @@ def _ranking(trace: WrenchTrace) -> list[dict[str, Any]]:
     return [*rows, *(_row(closed.effects[-1], closed, each.explained) for each, closed in others[:_RANKED])]
 
 
-def _row(effect: Candidate, closed: Closed, explained: float) -> dict[str, Any]:
+def _row(effect: WrenchCandidate, closed: Closed, explained: float) -> dict[str, Any]:
     numbers = closed.parameters(effect)
     parameters = {f"{name} [{effect.units[name]}]": list(each) for name, each in numbers.items()}
     return {"effect": effect.name, "formula": effect.formula, "explained": explained, "parameters": parameters}

@@ -25,7 +25,7 @@ _STARTS = 12  # frequencies from which a fit may start
 
 
 @dataclass(frozen=True)
-class Number:
+class ElementNumber:
     """A number of an element, SI: where it may be, where a fit may start, and the unit that it is shown in."""
 
     name: str
@@ -48,7 +48,7 @@ class Element:
     """
 
     name: str
-    numbers: tuple[Number, ...]
+    numbers: tuple[ElementNumber, ...]
     response: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
     def deviations(self, sheets: Sequence[SheetPoints], numbers: np.ndarray) -> list[np.ndarray]:
@@ -66,8 +66,8 @@ class Element:
         return f"{self.name} with {', '.join(said)}"
 
 
-def _frequency(name: str) -> Number:
-    return Number(name, "Hz", *_F, tuple(np.geomspace(2.0, 1000.0, _STARTS).tolist()))
+def _frequency(name: str) -> ElementNumber:
+    return ElementNumber(name, "Hz", *_F, tuple(np.geomspace(2.0, 1000.0, _STARTS).tolist()))
 
 
 def _delay(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
@@ -92,10 +92,10 @@ def _pair(f: np.ndarray, numbers: np.ndarray) -> np.ndarray:
 
 
 ELEMENTS = (
-    Element("delay", (Number("T", "s", 1e-5, 0.1, tuple(np.geomspace(1e-4, 1e-2, _STARTS).tolist())),), _delay),
+    Element("delay", (ElementNumber("T", "s", 1e-5, 0.1, tuple(np.geomspace(1e-4, 1e-2, _STARTS).tolist())),), _delay),
     Element("pole", (_frequency("fp"),), _pole),
     Element("zero", (_frequency("fz"),), _zero),
     Element("pole with a zero", (_frequency("fp"), _frequency("fz")), _pole_and_zero),
-    Element("pair of poles", (_frequency("f0"), Number("zeta", "", 0.02, 3.0, (0.1, 0.3, 0.7))), _pair),
+    Element("pair of poles", (_frequency("f0"), ElementNumber("zeta", "", 0.02, 3.0, (0.1, 0.3, 0.7))), _pair),
 )
 """From the fewest numbers on."""

@@ -26,7 +26,7 @@ Build = Callable[[Rig], Plant]
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class SheetRig:
     """What sheets are measured on: how it is built, where it rests (states by name, inputs `offset` [m]), and after how
     many cycles, at least and at most, a sine of it counts as settled."""
 
@@ -43,7 +43,7 @@ class Bench:
         return applies(effect, self.rig) and (self.build is build or inside_valve(effect.laws))
 
 
-def bench_of(rig: Rig, input: str, output: str) -> Bench:
+def bench_of(rig: Rig, input: str, output: str) -> SheetRig:
     """What a sheet of this pair is measured on: a bench of the pilot or the valve, or the whole rig at mid stroke.
 
     Raises InputError for a pair that none of them has.
@@ -59,7 +59,7 @@ def bench_of(rig: Rig, input: str, output: str) -> Bench:
             held = {"speed": 0.0} if bench is build else {"command": 0.0}
             rest = equilibrium(plant, p=plant.without_dry_friction(), **held)
             states = dict(zip([state.name for state in plant.states], rest.x.tolist(), strict=True))
-            return Bench(rig, bench, states, rest.u, _JACK_CYCLES if bench is build else _CYCLES)
+            return SheetRig(rig, bench, states, rest.u, _JACK_CYCLES if bench is build else _CYCLES)
     raise InputError(f"rig {rig.name} gives no {output}; {nearest(output, outputs)}")
 
 
@@ -75,7 +75,7 @@ class SheetModel:
 
     element: Element | None = None
 
-    def __init__(self, bench: "Bench", effects: Sequence[Effect], output: str) -> None:
+    def __init__(self, bench: "SheetRig", effects: Sequence[Effect], output: str) -> None:
         self.effects, self._output = tuple(effects), output
         self.plant = bench.build(rig_with(bench.rig, effects))
         self.parameters = self.plant.parameters

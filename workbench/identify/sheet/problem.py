@@ -15,7 +15,7 @@ from ...records.sheet_points import SheetPoints
 from ...rigs.rig import Rig
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import uncertain
-from .model import Bench, SheetModel, bench_of
+from .model import SheetModel, SheetRig, bench_of
 
 SIGMA = (0.2, 2.0)  # dB, degrees: a curve that is read off a printed sheet
 FEWEST = 12  # gains and phases of sheets from which some are held out; of fewer all are fitted, and judge in turn
@@ -33,7 +33,7 @@ class SheetProblem:
 
     rig: Rig
     source: str
-    bench: Bench
+    bench: SheetRig
     train: tuple[SheetPoints, ...]
     heldout: tuple[SheetPoints, ...]
     sigma: tuple[float, float]

@@ -12,7 +12,7 @@ from . import rule as decide
 from .locate import FaultLocation, locate_fault
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors, heldout_errors, numbers_explain, refit_all_windows
-from .steps import Steps
+from .steps import TraceProgress
 from .stored import packed, unpacked
 from .workers import Workers, trace_workers
 
@@ -31,7 +31,7 @@ class TraceContext:
     report_progress: Progress
     several: bool
     workers: Workers
-    steps: Steps
+    steps: TraceProgress
     suspects: tuple[str, ...] = ()
     over: Callable[[], bool] = endless
 
@@ -106,7 +106,7 @@ def trace_context(
     able = [effect for effect in with_apart(library) if applies(effect, problem.rig)]
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
-        steps = Steps(report_progress)
+        steps = TraceProgress(report_progress)
         yield TraceContext(
             problem, search, able, stage, report_progress, several, workers, steps, tuple(suspects), over
         )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.free_parameters import Candidate
-from .score import Trial
+from .score import EffectDirection
 
 ALIKE = 0.95  # cosine beyond which two effects are one to this campaign
 
@@ -47,7 +47,7 @@ def joint_gains(amplitudes: np.ndarray, cosines: np.ndarray, one_sided: np.ndarr
     return np.where(possible & possible.T, gains + gains.T, 0.0)
 
 
-def best_pairs(trials: Sequence[Trial], most: int) -> list[CandidatePair]:
+def best_pairs(trials: Sequence[EffectDirection], most: int) -> list[CandidatePair]:
     """The `most` pairs of names that explain most together, best first, each in its best formulas and strengths.
 
     Left out are pairs of one family, and those that explain no more than one effect.

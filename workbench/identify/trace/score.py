@@ -40,7 +40,7 @@ class _ScoredEffect:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class EffectDirection:
     """An effect as it was tried: its g as a unit vector [samples], <g, g>, and by what factor of the tried strength it
     fits best alone."""
 
@@ -84,7 +84,7 @@ class Score:
     candidate: Candidate
     gain: float
     shape: np.ndarray
-    trials: tuple[Trial, ...]
+    trials: tuple[EffectDirection, ...]
 
 
 class NuisanceProjection:
@@ -145,7 +145,7 @@ def score(
     rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)
 
-    def trials_of(tried: Sequence[_ScoredEffect]) -> list[Trial | None]:
+    def trials_of(tried: Sequence[_ScoredEffect]) -> list[EffectDirection | None]:
         numbers = [each.numbers() for each in tried]
         if windows.from_rest:
             changes = _changes_from_rest(model, base, windows, fit, effect, numbers)
@@ -239,8 +239,8 @@ def _tried(effect: Effect) -> list[_ScoredEffect]:
 
 
 def _weaker(
-    effect: Effect, trial: Callable[[_ScoredEffect], Trial | None], least: Trial | None, left: float
-) -> Iterator[Trial]:
+    effect: Effect, trial: Callable[[_ScoredEffect], EffectDirection | None], least: EffectDirection | None, left: float
+) -> Iterator[EffectDirection]:
     """Trials below the `least` strength, as long as the effect changes more than all that is `left` to explain."""
     for power in range(1, _FURTHER + 1):
         if least is None or least.square <= left:
@@ -250,18 +250,18 @@ def _weaker(
             yield least
 
 
-def packed_trial(trial: Trial) -> dict[str, Any]:
+def packed_trial(trial: EffectDirection) -> dict[str, Any]:
     """A trial as plain data and arrays, without its effect."""
     tried = {name: getattr(trial.tried, name) for name in ("strength", "only", "shape")}
     return {"tried": tried, "shape": trial.shape, "square": trial.square, "factor": trial.factor}
 
 
-def unpacked_trial(stored: Mapping[str, Any], effect: Effect) -> Trial:
+def unpacked_trial(stored: Mapping[str, Any], effect: Effect) -> EffectDirection:
     """The trial again."""
-    return Trial(**{**stored, "tried": _ScoredEffect(effect, **stored["tried"])})
+    return EffectDirection(**{**stored, "tried": _ScoredEffect(effect, **stored["tried"])})
 
 
-def _trial(tried: _ScoredEffect, shape: np.ndarray, left: np.ndarray) -> Trial:
+def _trial(tried: _ScoredEffect, shape: np.ndarray, left: np.ndarray) -> EffectDirection:
     square = float(shape @ shape)
     factor = -float(shape @ left) / square if square > 0 else 0.0
-    return Trial(tried, shape / np.sqrt(square) if square > 0 else shape, square, factor)
+    return EffectDirection(tried, shape / np.sqrt(square) if square > 0 else shape, square, factor)

@@ -10,7 +10,7 @@ _READ_BACK = 0.05  # s: what takes less was read back from a stage, and says not
 _MINUTE = 100.0  # s: from which on minutes are said
 
 
-class Steps:
+class TraceProgress:
     """Says a trace's steps as they come.
 
     What a trace has to do it learns on the way: a second effect, pairs or a shape to be learned add steps. So it says

@@ -10,7 +10,7 @@ from ...base.words import counted
 from ...rigs.rig import Rig
 from .history import History
 from .loop_costs import TunedLoop, margins, rig_with
-from .told import Told
+from .told import NamedChange
 
 LIMITS = {"gain_margin_db": (6.0, -1), "phase_margin_deg": (30.0, -1), "ms": (2.5, 1)}  # and on which side it is worse
 LOST = 1.0  # dB of the first session's gain margin
@@ -20,7 +20,7 @@ _PLACES = 9  # of the course ahead, at which the loop is judged
 _FEWEST = 4
 
 
-def unforeseen(told: Told | None) -> str:
+def unforeseen(told: NamedChange | None) -> str:
     """Why nothing is foreseen of a change, in a sentence; empty where its course is known."""
     if told is None:
         return "No alarm stands, so that nothing is foreseen."
@@ -34,7 +34,7 @@ def unforeseen(told: Told | None) -> str:
 
 def forecasts(
     known: History,
-    told: Told | None,
+    told: NamedChange | None,
     costs: Mapping[str, Sequence[float | None]],
     usual: Mapping[str, float],
     first: date,

@@ -21,7 +21,7 @@ from ...plant.effects import known_effects
 from ...plant.effects.declared import effect_use
 from ...rigs.rig import Rig
 from .history import History
-from .told import NORMAL, Told, numbers_then
+from .told import NORMAL, NamedChange, numbers_then
 
 FIGURES = (
     "gain_margin_db",
@@ -49,7 +49,7 @@ class TunedLoop:
 
 
 def loop_figures(
-    loop: TunedLoop, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Sequence[Told]
+    loop: TunedLoop, rig: Rig, known: History, moves: np.ndarray, deviations: np.ndarray, told: Sequence[NamedChange]
 ) -> dict[str, list[float | None]]:
     """Margins, the scenario's step, the error of a sine and the worst plant, on the rig of every session [T].
 

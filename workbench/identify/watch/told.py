@@ -20,7 +20,7 @@ NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
 
 @dataclass(frozen=True)
-class Told:
+class NamedChange:
     """A change, the session [index] of the first alarm, and its name.
 
     By session [index]: the `course` of what is named, value and standard deviation, all `numbers` of the rig then, and
@@ -52,7 +52,7 @@ class Told:
         walk = scatter * np.sqrt(1 / len(rates) + np.diff(t).mean() / max(ahead, 1.0))
         return min(float(np.hypot(walk, (late - mean) / (late or 1.0))), 1.0)
 
-    def among(self, left: np.ndarray) -> "Told":
+    def among(self, left: np.ndarray) -> "NamedChange":
         """The same of sessions `left` [k], by their numbers among all."""
         by_all = {int(left[t]): t for t in self.days}
         return replace(
@@ -82,7 +82,7 @@ class Told:
         return now
 
 
-def numbers_then(told: Sequence[Told], day: float, days: np.ndarray) -> dict[str, float]:
+def numbers_then(told: Sequence[NamedChange], day: float, days: np.ndarray) -> dict[str, float]:
     """The rig's numbers on a day by the changes that are there then."""
     return {name: value for each in told for name, value in each.numbers_at(day, days).items()}
 
@@ -94,7 +94,7 @@ def named(
     change: Change,
     first_alarm: int,
     usual: float,
-) -> Told:
+) -> NamedChange:
     """Name a change by fits to the sessions of its life. A session in which no fit is near is passed over."""
     over = len(sessions) if change.end is None else change.end
     before = max(change.earliest - 1, 0)
@@ -108,7 +108,7 @@ def named(
             axes = nearest(usual, {axis: new[axis][-1] for axis in axes if axis in new})
     name = name_of(usual, {axis: new[axis] for axis in axes if axis in new})
     if not name.among:
-        return Told(change, first_alarm, name, "", {}, {}, None, "", (), {})
+        return NamedChange(change, first_alarm, name, "", {}, {}, None, "", (), {})
     best = name.among[0]
     values: dict[int, Explained] = {}
     begin = max(change.earliest - 1, 0)
@@ -118,7 +118,7 @@ def named(
     change = _as_it_went(known.days, change, values)
     unit = next(axis.unit for axis in known.axes if axis.name == best)
     rate = _rate(known.days, change, values)
-    return Told(
+    return NamedChange(
         change,
         first_alarm,
         name,

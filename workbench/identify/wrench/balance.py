@@ -12,18 +12,18 @@ import numpy as np
 from ...rigs.platform import Platform, leg_speeds
 from ...rigs.platform.kinematics import arms, leg_vectors, rotation
 from ...rigs.platform.platform import leg_masses
-from .motion import LegSignals, Motion, motion
+from .motion import LegSignals, PoseTrajectory, motion
 
 NUMBERS = ("mass", "cx", "cy", "cz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of the moments of inertia in their matrix
 
 
 @dataclass(frozen=True, eq=False)
-class Balance:
+class WrenchBalance:
     """Along the platform's axes: the `wrench` [n, 6] that the legs give the payload, without its weight, N and N m, and
     what a unit of each linear number asks for, `columns` [n, 6, 10]; `moved` is the motion."""
 
-    moved: Motion
+    moved: PoseTrajectory
     wrench: np.ndarray
     columns: np.ndarray
 
@@ -32,13 +32,15 @@ class Balance:
         return self.wrench - self.columns @ linear
 
 
-def balance(platform: Platform, legs: LegSignals, near: np.ndarray | None = None) -> Balance:
+def balance(platform: Platform, legs: LegSignals, near: np.ndarray | None = None) -> WrenchBalance:
     """Of a motion `near` poses [n, 6] (home). Raises InputError where no pose has the measured lengths."""
     moved = motion(platform, legs, near)
     wrench = np.einsum("nij,ni->nj", leg_speeds(platform.geometry, moved.pose), legs.force) + _across(platform, moved)
     falling = moved.rate[:, :3] + (0.0, 0.0, platform["gravity"])
     parts = (falling, moved.twist[:, 3:], moved.rate[:, 3:])
-    return Balance(moved, in_platform(moved.pose, wrench), _columns(*(in_platform(moved.pose, each) for each in parts)))
+    return WrenchBalance(
+        moved, in_platform(moved.pose, wrench), _columns(*(in_platform(moved.pose, each) for each in parts))
+    )
 
 
 def in_platform(pose: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -92,7 +94,7 @@ def _turning(vectors: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def _across(platform: Platform, moved: Motion) -> np.ndarray:
+def _across(platform: Platform, moved: PoseTrajectory) -> np.ndarray:
     """The wrench [n, 6] of weight less inertia of the legs across themselves, which no load cell measures; see
     `workbench.plant.platform_body`."""
     pose, twist, turned = moved.pose, moved.twist, moved.rate

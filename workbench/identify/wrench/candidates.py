@@ -8,7 +8,7 @@ import numpy as np
 from ...rigs.platform import LEGS, Platform
 from ...rigs.platform.effects import FLEXIBLE, FRICTION, PLAY, TURNING
 from ...rigs.platform.kinematics import arms, leg_vectors, rotation
-from .balance import Balance, balance, in_platform
+from .balance import WrenchBalance, balance, in_platform
 from .motion import LegSignals
 
 SOFT = "joint.compliance"
@@ -25,7 +25,7 @@ class Recorded:
 
     platform: Platform
     signals: LegSignals
-    balance: Balance
+    balance: WrenchBalance
     linear: np.ndarray
 
 
@@ -33,7 +33,7 @@ Columns = Callable[[Recorded], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class WrenchCandidate:
     """A name with its leg, a formula, the SI units of its numbers by name, and the wrench [n, 6, k] that a unit of each
     leaves over, along the platform's axes. `kin`: those of one kind that look alike. `fixed` are numbers that its
     columns were made with; of a `place`, leg and end are those of the joint that is moved."""
@@ -52,24 +52,24 @@ class Candidate:
         return len(self.units) - len(self.fixed)
 
 
-def leg_candidates(signals: Sequence[LegSignals]) -> list[Candidate]:
+def leg_candidates(signals: Sequence[LegSignals]) -> list[WrenchCandidate]:
     """Those of joints; play only in legs that are pushed and pulled."""
     found = []
     for leg in range(LEGS):
         own = f"leg{leg + 1}"
         for formula, number, unit in (("coulomb", "moment", "N m"), ("load", "radius", "m")):
             columns = _of_leg(_friction, leg, formula == "load")
-            found.append(Candidate(f"{own}.{FRICTION}", formula, {number: unit}, columns, f"{own}.{FRICTION}"))
+            found.append(WrenchCandidate(f"{own}.{FRICTION}", formula, {number: unit}, columns, f"{own}.{FRICTION}"))
         if _reverses(signals, leg):
             units = {"width": "m", "compliance": "m/N"}
-            found.append(Candidate(f"{own}.{PLAY}", "gap", {"width": "m"}, _of_leg(_play, leg), f"{own}.{PLAY}"))
-            found.append(Candidate(f"{own}.{PLAY}", "gap, elastic", units, _of_leg(_soft, leg), f"{own}.{PLAY}"))
+            found.append(WrenchCandidate(f"{own}.{PLAY}", "gap", {"width": "m"}, _of_leg(_play, leg), f"{own}.{PLAY}"))
+            found.append(WrenchCandidate(f"{own}.{PLAY}", "gap, elastic", units, _of_leg(_soft, leg), f"{own}.{PLAY}"))
         units = {"compliance": "m/N"}
-        found.append(Candidate(f"{own}.{SOFT}", "elastic", units, _of_leg(_compliance, leg), f"{own}.{PLAY}"))
+        found.append(WrenchCandidate(f"{own}.{SOFT}", "elastic", units, _of_leg(_compliance, leg), f"{own}.{PLAY}"))
         for name, end in PLACES.items():
             units = {"dx": "m", "dy": "m", "dz": "m"}
             columns = _of_leg(_moved_joint, leg, end)
-            found.append(Candidate(f"{own}.{name}", "moved", units, columns, f"{own}.place", place=(leg, end)))
+            found.append(WrenchCandidate(f"{own}.{name}", "moved", units, columns, f"{own}.place", place=(leg, end)))
     return found
 
 
@@ -78,14 +78,14 @@ def not_shown(signals: Sequence[LegSignals]) -> list[str]:
     return [f"leg{leg + 1}.{PLAY}" for leg in range(LEGS) if not _reverses(signals, leg)]
 
 
-def flexible(frequency: float, damping: float, height: float) -> Candidate:
+def flexible(frequency: float, damping: float, height: float) -> WrenchCandidate:
     """A part of the payload on springs, whose mass alone is a number of its columns."""
     units = {"mass": "kg", "frequency": "Hz", "damping": "1", "height": "m"}
 
     def columns(record: Recorded) -> np.ndarray:
         return _flexible(record, frequency, damping, height)
 
-    return Candidate(FLEXIBLE, "point", units, columns, FLEXIBLE, (frequency, damping, height))
+    return WrenchCandidate(FLEXIBLE, "point", units, columns, FLEXIBLE, (frequency, damping, height))
 
 
 def with_joint(platform: Platform, leg: int, end: str, by: np.ndarray) -> Platform:

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ...rigs.platform import AXES, Platform
-from .balance import NUMBERS, Balance, balance
-from .candidates import Candidate, Recorded, with_joint
+from .balance import NUMBERS, WrenchBalance, balance
+from .candidates import Recorded, WrenchCandidate, with_joint
 from .fitted import FITTED, JUDGED, WrenchProblem, over_noise, solved, whitened
 from .lines import lines
 
@@ -27,13 +27,13 @@ class Closed:
 
     problem: WrenchProblem
     platform: Platform
-    effects: tuple[Candidate, ...]
+    effects: tuple[WrenchCandidate, ...]
     linear: np.ndarray
     moved: Mapping[Place, np.ndarray] = field(default_factory=dict)
     base: "Closed | None" = None
 
     @cached_property
-    def balances(self) -> Mapping[str, tuple[Balance, ...]]:
+    def balances(self) -> Mapping[str, tuple[WrenchBalance, ...]]:
         """Of the platform with its joints where they were found, by role."""
         if self.base is not None:
             return self.base.balances
@@ -59,7 +59,7 @@ class Closed:
         own = {role: [self._columns(effect, role) for effect in further] for role in rows}
         return {role: (np.hstack((columns, *own[role])), wrench) for role, (columns, wrench) in rows.items()}
 
-    def _columns(self, effect: Candidate, role: str) -> np.ndarray:
+    def _columns(self, effect: WrenchCandidate, role: str) -> np.ndarray:
         """What a unit of each number of an effect leaves over [rows, k]."""
         pairs = zip(self.problem.signals[role], self.balances[role], strict=True)
         recorded = [Recorded(self.platform, legs, each, self.linear) for legs, each in pairs]
@@ -106,7 +106,7 @@ class Closed:
         """Of the held-out records."""
         return self.squares[JUDGED] / self.samples(JUDGED)
 
-    def given(self, effect: Candidate) -> "Closed":
+    def given(self, effect: WrenchCandidate) -> "Closed":
         """With one more effect. A joint is moved until the balance of the moved platform asks for no more."""
         found = replace(self, linear=self.numbers[:PAYLOAD], effects=(*self.effects, effect), base=self)
         if effect.place is None:
@@ -122,7 +122,7 @@ class Closed:
             )  # fmt: skip
         return found
 
-    def parameters(self, effect: Candidate) -> dict[str, tuple[float, float | None, float | None]]:
+    def parameters(self, effect: WrenchCandidate) -> dict[str, tuple[float, float | None, float | None]]:
         """Numbers of one of its effects, SI, with the ends of their 95 % intervals where these are known."""
         widths = [other.width for other in self.effects]
         first = PAYLOAD + sum(widths[: self.effects.index(effect)])

@@ -9,7 +9,7 @@ import numpy as np
 from ...records import Campaign, Record
 from ...records.campaign import ROLES
 from ...rigs.platform import AXES, Platform
-from .balance import NUMBERS, Balance, balance, linear_numbers, payload_numbers
+from .balance import NUMBERS, WrenchBalance, balance, linear_numbers, payload_numbers
 from .lines import LineNoise, inner, line_noise, lines
 from .motion import LegSignals, leg_signals, passed
 
@@ -39,7 +39,7 @@ class WrenchProblem:
         return self.judging and bool(self.signals["static"]) and bool(self.signals[JUDGED])
 
     @cached_property
-    def declared(self) -> Mapping[str, tuple[Balance, ...]]:
+    def declared(self) -> Mapping[str, tuple[WrenchBalance, ...]]:
         """The balances of the platform as it is described, by role."""
         return {role: tuple(balance(self.platform, legs) for legs in own) for role, own in self.signals.items()}
 
@@ -72,7 +72,7 @@ def together(whole: Sequence[Campaign], role: str) -> list[tuple[Record, ...]]:
     return list(zip(*(getattr(campaign, role) for campaign in whole), strict=True))
 
 
-def whitened(balances: Sequence[Balance], noise: LineNoise, period: float) -> tuple[np.ndarray, np.ndarray]:
+def whitened(balances: Sequence[WrenchBalance], noise: LineNoise, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns [rows, 10] and wrenches [rows] of all lines of all records, over their noise."""
     parts = [tuple(over_noise(values, noise, period) for values in (each.columns, each.wrench)) for each in balances]
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])

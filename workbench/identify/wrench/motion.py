@@ -35,7 +35,7 @@ class LegSignals:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PoseTrajectory:
     """Of a platform at times t [n]: poses, velocities of its origin with its angular velocity along the base axes, and
     the rates of these, [n, 6] each."""
 
@@ -66,7 +66,7 @@ def passed(values: np.ndarray, period: float, hz: float = PASSES) -> np.ndarray:
     return sosfiltfilt(low, values, axis=0)
 
 
-def motion(platform: Platform, legs: LegSignals, near: np.ndarray | None = None) -> Motion:
+def motion(platform: Platform, legs: LegSignals, near: np.ndarray | None = None) -> PoseTrajectory:
     """Exact kinematics of the legs' lengths, `near` poses [n, 6] (home). Raises InputError where no pose has them."""
     pose = platform.poses(legs.position, near)
     rates = slope(pose, legs.period)
@@ -74,7 +74,7 @@ def motion(platform: Platform, legs: LegSignals, near: np.ndarray | None = None)
     speeds = leg_speeds(platform.geometry, pose)
     bent = np.einsum("nij,nj->ni", slope(speeds, legs.period), twist)
     rate = np.linalg.solve(speeds, (legs.acceleration - bent)[..., None])[..., 0]
-    return Motion(legs.t, pose, twist, rate)
+    return PoseTrajectory(legs.t, pose, twist, rate)
 
 
 def slope(values: np.ndarray, period: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from ...rigs.platform.effects import FLEXIBLE
 from ..trace import rule
 from .balance import NUMBERS, linear_numbers
-from .candidates import Candidate, flexible, leg_candidates, not_shown
+from .candidates import WrenchCandidate, flexible, leg_candidates, not_shown
 from .closed import PAYLOAD, Closed
 from .fitted import FITTED, JUDGED, PayloadFit, WrenchProblem, payload_fit
 
@@ -99,11 +99,11 @@ def _judgement(before: Closed, after: Closed, candidates: int) -> rule.Judgement
     return rule.Judgement(effect.name, effect.formula, explained, after.chi2, len(effect.units), against, effect.kin)
 
 
-def _flexible(before: Closed) -> Candidate:
+def _flexible(before: Closed) -> WrenchCandidate:
     """The part that gives way with the frequency, damping and height that close the fitted records best."""
     from scipy.optimize import least_squares
 
-    def made(numbers: np.ndarray) -> Candidate:
+    def made(numbers: np.ndarray) -> WrenchCandidate:
         return flexible(float(np.exp(numbers[0])), float(np.exp(numbers[1])), float(numbers[2]))
 
     height = before.numbers[3] / before.numbers[0]

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS, PlatformController
-from ...records.excitation import Multisine, harmonics
+from ...records.excitation import MultisineSpec, harmonics
 from .compiled import LegSensors
 from .loop import PlatformRun, run_platform
 from .record import REST, check_motion
@@ -58,7 +58,7 @@ def _between(f: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray
 
 
 def measured_response(
-    setup: PlatformSetup, controller: PlatformController, sines: Multisine, seed: int | None
+    setup: PlatformSetup, controller: PlatformController, sines: MultisineSpec, seed: int | None
 ) -> MatrixResponse:
     """Play all realizations about home, `sines` in metres at the joints, and take the response of their second periods.
     Raises InputError where a motion is beyond the platform or trips."""

@@ -15,7 +15,7 @@ parts         strict .parquet tables of a foreign file
 """
 
 from .open import open_foreign
-from .parts import Part, column, renamed, write_parts
+from .parts import ConvertedTable, column, renamed, write_parts
 from .source import UNREAD, Heading, Source
 
-__all__ = ["UNREAD", "Heading", "Part", "Source", "column", "open_foreign", "renamed", "write_parts"]
+__all__ = ["UNREAD", "ConvertedTable", "Heading", "Source", "column", "open_foreign", "renamed", "write_parts"]

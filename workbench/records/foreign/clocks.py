@@ -20,7 +20,7 @@ CLOCK = Heading("t", "s")
 
 
 @dataclass(frozen=True)
-class Group:
+class ChannelGroup:
     """Channels [n] that were sampled together, numbers or cells of text [object], among which a clock is looked for
     where none is told; `t` [n] is their clock: s of the file's own [float] or ns since 1970
     [int64], None where it is not told.
@@ -45,7 +45,7 @@ class Group:
         assert self.t is not None
         return float(np.median(np.diff(self.t)))
 
-    def at(self, t: np.ndarray) -> "Group":
+    def at(self, t: np.ndarray) -> "ChannelGroup":
         """The group with its clock [n] in s, the column of it too."""
         pairs = [
             (Heading(heading.cell, "s"), t) if values is self.t else (heading, values)
@@ -54,7 +54,7 @@ class Group:
         return replace(self, headings=tuple(h for h, _ in pairs), values=tuple(v for _, v in pairs), t=t)
 
 
-def on_one_clock(groups: Sequence[Group], notes: list[str]) -> Source:
+def on_one_clock(groups: Sequence[ChannelGroup], notes: list[str]) -> Source:
     """All channels side by side. Those of a group without a clock that is not of the others' length are left out."""
     groups = [_with_stamps(group, notes) for group in groups if group.rows > 1]
     groups = _mended(_from_one_origin([group for group in groups if group.rows], notes), notes)
@@ -72,11 +72,11 @@ def on_one_clock(groups: Sequence[Group], notes: list[str]) -> Source:
     return Source(unique_headings(headings), iter([values]), None, notes)
 
 
-def _size(group: Group) -> int:
+def _size(group: ChannelGroup) -> int:
     return group.rows * len(group.values)
 
 
-def _with_stamps(group: Group, notes: list[str]) -> Group:
+def _with_stamps(group: ChannelGroup, notes: list[str]) -> ChannelGroup:
     """The group on the clock that its stamps or counts tell, where it has no other; its other text is left out."""
     numbers = any(values.dtype.kind != "O" for values in group.values)
     found = clock_among(group.headings, group.values, notes) if numbers and group.t is None else None
@@ -91,7 +91,7 @@ def _with_stamps(group: Group, notes: list[str]) -> Group:
     return replace(group, headings=headings, values=values, t=t, has_clock_column=bool(found) or group.has_clock_column)
 
 
-def _from_one_origin(groups: Sequence[Group], notes: list[str]) -> list[Group]:
+def _from_one_origin(groups: Sequence[ChannelGroup], notes: list[str]) -> list[ChannelGroup]:
     """The groups with clocks in s: those that tell the date from where the first of them begins."""
     dated = [None if group.t is None else _since_1970(group.t) for group in groups]
     begun = {k: int(ns[ns != NOTHING][0]) for k, ns in enumerate(dated) if ns is not None and np.any(ns != NOTHING)}
@@ -124,7 +124,7 @@ def _since_1970(t: np.ndarray) -> np.ndarray | None:
     return np.where(ns == NOTHING, NOTHING, ns + count.since_1970(start))
 
 
-def _mended(groups: Sequence[Group], notes: list[str]) -> list[Group]:
+def _mended(groups: Sequence[ChannelGroup], notes: list[str]) -> list[ChannelGroup]:
     """The groups that have a clock that goes on, or none; what was mended or left out is noted."""
     kept = []
     for group in groups:
@@ -146,11 +146,11 @@ def _mended(groups: Sequence[Group], notes: list[str]) -> list[Group]:
     return kept
 
 
-def _listed(group: Group) -> str:
+def _listed(group: ChannelGroup) -> str:
     return ", ".join(f'"{heading.cell}"' for heading in group.headings[:5])
 
 
-def _joined(group: Group, lead: Group, notes: list[str]) -> list[tuple[Heading, np.ndarray]]:
+def _joined(group: ChannelGroup, lead: ChannelGroup, notes: list[str]) -> list[tuple[Heading, np.ndarray]]:
     """The channels of a group on the clock of another."""
     own = [pair for pair in zip(group.headings, group.values, strict=True) if pair[1] is not group.t]
     if group.t is None or lead.t is None:
@@ -166,7 +166,7 @@ def _joined(group: Group, lead: Group, notes: list[str]) -> list[tuple[Heading, 
 
 
 def _resampled(
-    heading: Heading, values: np.ndarray, group: Group, lead: Group, notes: list[str]
+    heading: Heading, values: np.ndarray, group: ChannelGroup, lead: ChannelGroup, notes: list[str]
 ) -> list[tuple[Heading, np.ndarray]]:
     """A channel at the rows of another clock in the way that it goes between its samples, and in the other way beside
     it; NaN where it has no sample yet, or none any more that says more than the last."""

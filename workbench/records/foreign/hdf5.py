@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.files import MOST_READ, check_numbers
-from .clocks import Group, on_one_clock
+from .clocks import ChannelGroup, on_one_clock
 from .labels import Part, cells_part, is_rate, labelled, left_out, with_rates
 from .nested import as_leaf, groups_of
 from .source import Source
@@ -26,7 +26,7 @@ def read_hdf5(path: Path) -> Source:
     return on_one_clock(groups_in(hdf5_tree(path, notes), notes), notes)
 
 
-def groups_in(tree: Mapping[str, Part], notes: list[str]) -> list[Group]:
+def groups_in(tree: Mapping[str, Part], notes: list[str]) -> list[ChannelGroup]:
     """The groups of a structure as it was read, with what stands beside their numbers; the rest is noted."""
     rates: dict[str, tuple[float, str]] = {}
     left: list[str] = []

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.words import counted
-from .clocks import Group
+from .clocks import ChannelGroup
 from .nested import Leaf, Tree
 from .stamps import is_stamp
 from .unit_names import is_unit
@@ -153,8 +153,8 @@ def _period(name: str, number: float) -> float | None:
 
 
 def with_rates(
-    groups: Sequence[Group], rates: Mapping[str, tuple[float, str]], left: list[str], notes: list[str]
-) -> list[Group]:
+    groups: Sequence[ChannelGroup], rates: Mapping[str, tuple[float, str]], left: list[str], notes: list[str]
+) -> list[ChannelGroup]:
     """The groups; the longest without a clock, of a structure with a sample rate, on a clock of that rate."""
     groups = list(groups)
     for where, (period, told) in sorted(rates.items(), key=lambda rate: -len(rate[0])):

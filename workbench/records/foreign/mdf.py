@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.files import MOST_READ, check_numbers
-from .clocks import Group, on_one_clock
+from .clocks import ChannelGroup, on_one_clock
 from .optional import needed
 from .source import Source
 from .unit_names import named
@@ -25,7 +25,7 @@ def read_mdf(path: Path) -> Source:
     return on_one_clock(groups, [])
 
 
-def _group(file: "MDF", index: int) -> Group | None:
+def _group(file: "MDF", index: int) -> ChannelGroup | None:
     """The channels of one group on its master; None where none has numbers."""
     master = file.masters_db.get(index)
     places = [(None, index, place) for place in range(len(file.groups[index].channels)) if place != master]
@@ -36,7 +36,7 @@ def _group(file: "MDF", index: int) -> Group | None:
     name = getattr(file.groups[index].channel_group, "acq_name", "") or f"group {index + 1}"
     values = tuple(np.where(_valid(s), s.samples.astype(float), np.nan) for s in signals)
     headings = tuple(named(s.name, s.unit) for s in signals)
-    return Group(name, headings, values, np.asarray(signals[0].timestamps, dtype=float))
+    return ChannelGroup(name, headings, values, np.asarray(signals[0].timestamps, dtype=float))
 
 
 def _valid(signal: "Signal") -> np.ndarray:

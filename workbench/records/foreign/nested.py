@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .clocks import Group
+from .clocks import ChannelGroup
 from .source import Heading
 from .stamps import count_of
 from .unit_names import heading_of, name_of, plain_unit
@@ -31,7 +31,7 @@ Tree = Mapping[str, Any]
 """Leaf, text or a structure again, by name."""
 
 
-def groups_of(tree: Tree, where: str = "") -> list[Group]:
+def groups_of(tree: Tree, where: str = "") -> list[ChannelGroup]:
     """The groups of a structure: a time series with its clock; else what has one length, with the clock among it."""
     lower = {name.lower(): part for name, part in tree.items()}
     clock = next((part for name in _CLOCKS if isinstance(part := lower.get(name), Leaf)), None)
@@ -78,12 +78,12 @@ def _kept(values: np.ndarray) -> np.ndarray:
     return values if counts or values.dtype.kind == "O" else values.astype(float)
 
 
-def _timed(title: str, data: Leaf, unit: str | None, clock: Leaf) -> Group:
+def _timed(title: str, data: Leaf, unit: str | None, clock: Leaf) -> ChannelGroup:
     pairs = list(_columns(title, Leaf(data.values, data.unit or unit, data.names)))
-    return _with_time(Group(title, tuple(h for h, _ in pairs), tuple(v for _, v in pairs)), clock)
+    return _with_time(ChannelGroup(title, tuple(h for h, _ in pairs), tuple(v for _, v in pairs)), clock)
 
 
-def _with_time(group: Group, clock: Leaf) -> Group:
+def _with_time(group: ChannelGroup, clock: Leaf) -> ChannelGroup:
     """A group on a clock: of seconds, or of stamps or counts, which are then its first column."""
     t = _kept(clock.values.ravel())
     if t.dtype.kind == "f":
@@ -91,12 +91,12 @@ def _with_time(group: Group, clock: Leaf) -> Group:
     return replace(group, headings=(Heading("t"), *group.headings), values=(t, *group.values))
 
 
-def _plain(where: str, leaves: list[tuple[str, Leaf]]) -> Group:
+def _plain(where: str, leaves: list[tuple[str, Leaf]]) -> ChannelGroup:
     """Columns of one length; one of them that is called a clock, and increases, is theirs."""
     pairs = [pair for name, leaf in leaves for pair in _columns(name, leaf)]
     clocks = [values for heading, values in pairs if _is_clock(heading, values)]
     t = clocks[0] if len(clocks) == 1 else None
-    return Group(where or "file", tuple(h for h, _ in pairs), tuple(v for _, v in pairs), t, t is not None)
+    return ChannelGroup(where or "file", tuple(h for h, _ in pairs), tuple(v for _, v in pairs), t, t is not None)
 
 
 def _is_clock(heading: Heading, values: np.ndarray) -> bool:

@@ -18,7 +18,7 @@ MOST_COLUMNS = 2000
 
 
 @dataclass(frozen=True)
-class Part:
+class ConvertedTable:
     """A table that was written: all of a foreign file, or so many rows of it as a record may have."""
 
     file: str
@@ -29,7 +29,7 @@ class Part:
     notes: tuple[str, ...]
 
 
-def write_parts(source: Source, origin: Path, folder: Path, name: str, most: int = MOST_BYTES) -> list[Part]:
+def write_parts(source: Source, origin: Path, folder: Path, name: str, most: int = MOST_BYTES) -> list[ConvertedTable]:
     """Write a source into `folder` as NAME.parquet, or as NAME-1.parquet ... where it takes more than `most` bytes.
 
     Raises InputError for a file without a column of numbers or without rows, with too many columns, and as its blocks.
@@ -47,7 +47,7 @@ def write_parts(source: Source, origin: Path, folder: Path, name: str, most: int
         files = [f"{name}.parquet"]
     else:
         source.notes.append(f"cut into {len(files)} records: a record has {most // 2**20} MiB at most")
-    return [Part(file, origin.name, source.headings, count, source.period, tuple(source.notes))
+    return [ConvertedTable(file, origin.name, source.headings, count, source.period, tuple(source.notes))
             for file, count in zip(files, rows, strict=True)]  # fmt: skip
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from ...base.errors import InputError, echo, short_path
 from ...base.files import open_file
 from ...base.words import counted
-from .clocks import Group, on_one_clock
+from .clocks import ChannelGroup, on_one_clock
 from .source import Source
 from .unit_names import named
 
@@ -83,7 +83,7 @@ def read_rpc(path: Path) -> Source:
     numbers = range(1, len(stored) + 1)
     headings = tuple(named(_name(header, n), header.values.get(f"UNITS.CHAN_{n}", "")) for n in numbers)
     values = tuple(_scale(header, n) * channel.astype(float) for n, channel in zip(numbers, stored, strict=True))
-    return on_one_clock([Group("", headings, values, period * np.arange(stored.shape[1]))], notes)
+    return on_one_clock([ChannelGroup("", headings, values, period * np.arange(stored.shape[1]))], notes)
 
 
 def _header(shown: str, content: bytes) -> _Header:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.files import MOST_READ, check_numbers, open_file
-from .clocks import Group, on_one_clock
+from .clocks import ChannelGroup, on_one_clock
 from .optional import needed
 from .source import Heading, Source
 from .unit_names import named
@@ -26,7 +26,7 @@ def read_tdms(path: Path) -> Source:
     return on_one_clock(groups, [])
 
 
-def _groups(group: "TdmsGroup") -> list[Group]:
+def _groups(group: "TdmsGroup") -> list[ChannelGroup]:
     """Channels of one length and clock together."""
     alike: dict[tuple[int, int | None, float, float], list[TdmsChannel]] = {}
     for channel in group.channels():
@@ -42,14 +42,14 @@ def _date(channel: "TdmsChannel") -> int | None:
     return None if told is None else int(np.datetime64(told, "ns").astype(np.int64))
 
 
-def _group(name: str, channels: "list[TdmsChannel]", date: int | None, start: float, step: float) -> Group:
+def _group(name: str, channels: "list[TdmsChannel]", date: int | None, start: float, step: float) -> ChannelGroup:
     values = tuple(_numbers(channel) for channel in channels)
     headings = tuple(_heading(channel) for channel in channels)
     t = start + step * np.arange(values[0].size) if step > 0 else None
     if t is not None and date:
         t = date + np.rint(1e9 * t).astype(np.int64)
     stamps = [v for channel, v in zip(channels, values, strict=True) if np.dtype(channel.dtype).kind == "M"]
-    return Group(name, headings, values, stamps[0] if stamps else t, bool(stamps))
+    return ChannelGroup(name, headings, values, stamps[0] if stamps else t, bool(stamps))
 
 
 def _numbers(channel: "TdmsChannel") -> np.ndarray:

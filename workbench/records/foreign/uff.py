@@ -10,7 +10,7 @@ import numpy as np
 from ...base.errors import InputError, short_path
 from ...base.files import open_file
 from ...base.units import to_si
-from .clocks import Group, on_one_clock
+from .clocks import ChannelGroup, on_one_clock
 from .optional import needed
 from .source import Heading, Source
 from .unit_names import named, plain_unit
@@ -76,7 +76,7 @@ def _reason(function: Mapping[str, Any]) -> str:
     return "complex numbers" if np.iscomplexobj(function["data"]) else ""
 
 
-def _groups(functions: Sequence[Mapping[str, Any]]) -> list[Group]:
+def _groups(functions: Sequence[Mapping[str, Any]]) -> list[ChannelGroup]:
     """Functions of one clock together."""
     clocks = [_seconds(function) for function in functions]
     headings = _headings(functions)
@@ -84,7 +84,7 @@ def _groups(functions: Sequence[Mapping[str, Any]]) -> list[Group]:
     for place, t in enumerate(clocks):
         alike.setdefault((t.size, t[0], t[-1]), []).append(place)
     return [
-        Group(
+        ChannelGroup(
             ", ".join(headings[place].cell for place in places),
             tuple(headings[place] for place in places),
             tuple(np.asarray(functions[place]["data"], dtype=float) for place in places),
