@@ -123,7 +123,7 @@ def test_every_caller_has_the_margins_of_a_dense_grid(design):
             same(expected, margins.radius[lane], margins.ms[lane], margins.gain_margin_db[lane])
     plants, (place, *_) = drawn_plants()
     columns = loops_at(plants, {"": controller}, place)[""]
-    points, plant = plants.points[place.point], plants.engine.plant
+    points, plant = getattr(plants, place.point), plants.engine.plant
     smooth = plant.without_dry_friction(plants.draw.p)
     for lane in (1, 2):
         about = Equilibrium(points.x[lane], points.u[lane], 0.0)

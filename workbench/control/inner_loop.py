@@ -52,12 +52,12 @@ def inner_loop_closed(
     return select(model, ["command"], ["position"])
 
 
-def overshoots(plant: Linear, law: Linear, gains: Sequence[float], seconds: float = 2.0) -> list[float | None]:
-    """Overshoot [percent] of a step of the reference in the linear loop, for each factor on the law's gain.
+def overshoots(plant: Linear, law: Linear, gains: Sequence[float]) -> list[float | None]:
+    """Overshoot [percent] in 2 s of a step of the reference in the linear loop, for each factor on the law's gain.
 
     `law` is a controller's linear view, from reference and position to command. None where the loop is unstable.
     """
-    count = round(seconds / float(plant.dt or 0.0))
+    count = round(2.0 / float(plant.dt or 0.0))
     loops = [_loop(plant, law, gain) for gain in gains]
     return [None if loop is None else 100 * max(0.0, float(_step(loop, count).max()) - 1) for loop in loops]
 

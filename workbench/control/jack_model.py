@@ -1,13 +1,12 @@
 """The jack in six numbers, as a position controller sees it: what CRONE and LQG designs know of their plant."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.errors import InputError
 from ..linear import zero_order_hold
-from ..linear.interconnect import feedback
 from ..linear.state_space import StateSpace, sampled_response
 from .protocol import design_numbers, number
 from .second_order_sections import Factors, pair
@@ -70,11 +69,6 @@ class JackModel:
         late = max(0.0, self.delay - period / 2)
         matrices = zero_order_hold((a, wv * np.eye(5, 1, -4), outputs, np.zeros((2, 1))), late, period)
         return StateSpace(*matrices, period, ["command"], ["position", "acceleration"])
-
-    def stable(self, law: StateSpace) -> bool:
-        """Whether the loop of a discrete law (error -> command) on this model is stable."""
-        of_position = replace(law, C=-law.C, D=-law.D).relabelled(["position"], ["command"])
-        return bool(np.abs(feedback(self.discretise(law.dt), of_position).poles()).max() < 1 - 1e-9)
 
 
 def fit_jack_model(plant: "StateSpace | control.StateSpace") -> JackModel:

@@ -3,13 +3,12 @@ response, and what a law in the frequency domain may cancel.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..linear.interconnect import feedback
 from ..linear.sampling import hold_matrices, zero_order_hold
 from ..linear.state_space import StateSpace, modal_form
 from ..rigs.linear_rig import LinearRig
@@ -129,10 +128,9 @@ class LinearModel:
         form = modal_form(self._sampled)
         return form.outputs(form.states(np.exp(2j * np.pi * np.asarray(f) * self.period)))[0, 0]
 
-    def stable(self, law: StateSpace) -> bool:
-        """Whether the loop of a discrete law (error -> command) on it is stable."""
-        of_position = replace(law, C=-law.C, D=-law.D).relabelled(["position"], ["command"])
-        return bool(np.abs(feedback(self._sampled, of_position).poles()).max() < 1 - 1e-9)
+    def discretise(self, period: float) -> StateSpace:
+        """command -> position [m], held over each `period` [s]."""
+        return sampled_model(self.plant, period)
 
     @property
     def modes(self) -> np.ndarray:
@@ -154,7 +152,7 @@ class LinearModel:
 
     @cached_property
     def _sampled(self) -> StateSpace:
-        return sampled_model(self.plant, self.period)
+        return self.discretise(self.period)
 
     @cached_property
     def _poles(self) -> np.ndarray:

@@ -68,16 +68,17 @@ def supervised_loop(client: LinkClient, stop: Callable[[], None]) -> Supervised:
 
 
 @contextmanager
-def opc_ua_server(shown: Supervised, port: int, host: str = "127.0.0.1") -> Iterator[str]:
-    """Nodes under Objects/NAME at opc.tcp://HOST:PORT, as long as the block lasts; the address. Raises InputError where
-    the package is missing, or the port cannot be had."""
+def opc_ua_server(shown: Supervised, port: int) -> Iterator[str]:
+    """Nodes under Objects/NAME at opc.tcp://127.0.0.1:PORT, as long as the block lasts; the address. Raises InputError
+    where the package is missing, or the port cannot be had."""
     if find_spec("asyncua") is None:
         raise InputError("--opcua: needs the package asyncua; pip install 'jackbench[opcua]'")
+    url = f"opc.tcp://127.0.0.1:{port}/"
     ready, over, failed = threading.Event(), threading.Event(), list[BaseException]()
 
     def run() -> None:
         try:
-            asyncio.run(_serve(shown, f"opc.tcp://{host}:{port}/", ready, over))
+            asyncio.run(_serve(shown, url, ready, over))
         except BaseException as error:  # told in the thread that asked
             failed.append(error)
         ready.set()
@@ -88,7 +89,7 @@ def opc_ua_server(shown: Supervised, port: int, host: str = "127.0.0.1") -> Iter
     if failed:
         raise InputError(f"--opcua {port}: {failed[0]}; choose another port") from None
     try:
-        yield f"opc.tcp://{host}:{port}/"
+        yield url
     finally:
         over.set()
         thread.join()

@@ -110,7 +110,7 @@ def _telling(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list
 
 
 def _reaching(a: np.ndarray, reached: np.ndarray) -> np.ndarray:
-    """The states [n] that are `reached`, or move one that is."""
+    """The states [n] that are `reached`, or move one that is; of A transposed, those that one of them moves."""
     moved = (a != 0).any(axis=0)
     for _ in range(len(reached)):
         reached = reached | reached @ moved
@@ -122,9 +122,7 @@ def _heard(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> list[n
 
     They stay where they are not stable by themselves.
     """
-    heard, moves = (b[:, :, 1:] != 0).any(axis=(0, 2)), (a != 0).any(axis=0)
-    for _ in range(len(heard)):
-        heard = heard | moves @ heard
+    heard = _reaching(a.swapaxes(1, 2), (b[:, :, 1:] != 0).any(axis=(0, 2)))
     alone = a[:, ~heard][:, :, ~heard]
     alone = alone[:1] if _same(alone) else alone
     if heard.all() or np.abs(np.linalg.eigvals(alone)).max() > _STABLE:

@@ -14,10 +14,10 @@ def draws(seed: int, lane: int = 0) -> np.random.Generator:
     return np.random.Generator(np.random.Philox(key=[seed, lane]))
 
 
-def settling_band(rig: Rig, signal: str, size: float, share: float = 0.02) -> float:
-    """The band of a step, SI: a share of its size, but never below three standard deviations of the sensor's noise."""
+def settling_band(rig: Rig, signal: str, size: float) -> float:
+    """The band of a step, SI: 2 % of its size, but never below three standard deviations of the sensor's noise."""
     sensor = rig.sensors.get(signal)
-    return max(share * abs(size), 3 * sensor.noise if sensor else 0.0)
+    return max(0.02 * abs(size), 3 * sensor.noise if sensor else 0.0)
 
 
 def check_sensors(rig: Rig, measures: tuple[str, ...]) -> None:

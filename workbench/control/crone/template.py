@@ -3,12 +3,14 @@ abstract CRONE law of an open-loop template: the phase about the crossover is gi
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from typing import Protocol, cast
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...linear.interconnect import feedback
 from ...linear.state_space import StateSpace
 from ..second_order_sections import (
     Factors,
@@ -50,15 +52,15 @@ class DesignPlant(Protocol):
         """position/command at f [k] in Hz, complex [k] in m."""
         ...
 
-    def stable(self, law: StateSpace) -> bool:
-        """Whether the loop of a discrete law (error -> command) on it is stable."""
+    def discretise(self, period: float) -> StateSpace:
+        """command -> position [m], held over each `period` [s]."""
         ...
 
 
-def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, period: float, most: float = 1.0) -> float:
+def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, period: float) -> float:
     """The order of `law` at which its loop has the phase `margin` [rad] - pi at `crossover` [Hz].
 
-    Raises InputError, saying what can be had, where no order between -most and most does.
+    Raises InputError, saying what can be had, where no order between -1 and 1 does.
     """
     f = np.array([crossover])
     plain = sections_response(law(0.0), f, period)
@@ -68,7 +70,7 @@ def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, per
         """Phase [rad] above the wanted one."""
         return float(missing + np.angle(sections_response(law(order), f, period) / plain)[0])
 
-    least, largest = over(-most), over(most)
+    least, largest = over(-1.0), over(1.0)
     if not least < 0 < largest:
         low, high = np.degrees(np.array([least, largest]) + margin)
         raise InputError(
@@ -77,7 +79,7 @@ def order_for(law: Law, plant: DesignPlant, crossover: float, margin: float, per
         )
     from scipy.optimize import brentq
 
-    return cast(float, brentq(over, -most, most))
+    return cast(float, brentq(over, -1.0, 1.0))
 
 
 def gain_for(sections: np.ndarray, plant: DesignPlant, crossover: float, period: float) -> np.ndarray:
@@ -88,7 +90,9 @@ def gain_for(sections: np.ndarray, plant: DesignPlant, crossover: float, period:
     f = np.array([crossover])
     gain = float(1 / np.abs(plant.response(f) * sections_response(sections, f, period))[0])
     factor = np.array([[gain, 0, 0, 1, 0, 0]])
-    if not plant.stable(sections_system(np.vstack((factor, sections)), period)):
+    law = sections_system(np.vstack((factor, sections)), period)
+    back = replace(law, C=-law.C, D=-law.D).relabelled(["position"], ["command"])
+    if not np.abs(feedback(plant.discretise(period), back).poles()).max() < 1 - 1e-9:
         raise InputError(f"a loop with this phase at {crossover:g} Hz is unstable; lower the crossover")
     return factor
 

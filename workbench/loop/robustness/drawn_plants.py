@@ -9,12 +9,10 @@ from functools import cache, cached_property, lru_cache
 import numpy as np
 
 from ...engine import Engine
-from ...linear.equilibria import Equilibria, equilibria
-from ...linear.operating_point import far_end
 from ...plant import Plant, build
 from ...plant.effects import numbers_of
 from ...rigs.rig import Rig
-from ..plant_lanes import drawn_evenly, uncertain
+from ..plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
 from ..rig_variations import with_delay
 from .problem import RobustnessProblem
 
@@ -99,15 +97,11 @@ def drawn(problem: RobustnessProblem, plant: Plant, block: range | None = None) 
 
 
 @dataclass(frozen=True)
-class DrawnPlants:
-    """A `block` of the drawn plants of a rig with its computing delay; `points`: theirs at "null" and "moving", where
-    drawn."""
+class DrawnPlants(PlantLanes):
+    """A `block` of the drawn plants of a rig with its computing delay, as they were drawn."""
 
-    rig: Rig
-    engine: Engine
     block: range
     draw: PlantDraw
-    points: dict[str, Equilibria]
 
 
 def plants_by_block(problem: RobustnessProblem) -> Callable[[float, range], DrawnPlants]:
@@ -118,11 +112,6 @@ def plants_by_block(problem: RobustnessProblem) -> Callable[[float, range], Draw
 
 def drawn_plants(problem: RobustnessProblem, rig: Rig, engine: Engine, block: range) -> DrawnPlants:
     """Draw and balance a block of them. Raises InputError where the nominal one has no such point."""
-    plant, draw = engine.plant, drawn(problem, engine.plant, block)
-    speed = rig.passing_speed
-    smooth, at = plant.without_dry_friction(draw.p), draw.position  # a specimen is relaxed there
-    points = {
-        "null": equilibria(plant, draw.p, at, None, None, **far_end(plant, at)),
-        "moving": equilibria(plant, smooth, at, speed, None, **far_end(plant, at, speed)),
-    }
-    return DrawnPlants(rig, engine, block, draw, points)
+    draw = drawn(problem, engine.plant, block)
+    lanes = plant_lanes(rig, engine, [f"drawn {i}" for i in block], draw.p, draw.position)
+    return DrawnPlants(**vars(lanes), block=block, draw=draw)

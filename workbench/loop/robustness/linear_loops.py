@@ -49,7 +49,7 @@ def linear_loops(
 
     A plant without an operating point there has an infinite radius.
     """
-    parts = list(_chunks(plants, controllers, place.position, plants.points[place.point], remembered))
+    parts = list(_chunks(plants, controllers, place.position, getattr(plants, place.point), remembered))
     return {
         name: {column: np.concatenate([getattr(part[name], column) for part in parts]) for column in _COLUMNS}
         for name in controllers

@@ -123,7 +123,7 @@ def played_steps(
     levels = np.resize([problem.step, 0.0], problem.moves + 1)
     size = levels[-1] - (levels[-2] if problem.moves else 0.0)
     reference, began = np.repeat(levels, [k - 1] * problem.moves + [k]), process_time()
-    at = plants.points["null"], plants.draw.p
+    at = plants.null, plants.draw.p
     run = partial(play, *at, reference, first=plants.block.start)
     parts, remembered, t = [], [], np.arange(k) * period
     chambers = ("lowest_pressure",) if plants.rig.is_jack else ()
