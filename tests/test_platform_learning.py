@@ -33,8 +33,8 @@ from workbench.loop.platform.measured import (
     measured_response,
     orthogonal_sines,
 )
+from workbench.loop.platform.poses import accelerated_pose, lowest_corner
 from workbench.loop.platform.reach import check_poses
-from workbench.loop.platform.record import accelerated_pose, lowest_corner
 from workbench.rigs.platform import AXES, load_platform
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"

@@ -21,7 +21,8 @@ from workbench.commands.run.study import study_of
 from workbench.control.platform_controller import Forward, PlatformController, PlatformSpec, Smoothing
 from workbench.linear.crossings import corner_frequency
 from workbench.loop.platform import platform_setup, run_platform
-from workbench.loop.platform.record import check_motion, play, recorded_pose, road_pose
+from workbench.loop.platform.poses import recorded_pose, road_pose
+from workbench.loop.platform.record import check_motion, play
 from workbench.loop.platform.rows import judge_variations, platform_sine, step_row
 from workbench.loop.platform.steps import AxisStep
 from workbench.loop.platform.transfer import platform_transfer

@@ -12,11 +12,10 @@ from ..base.signals import SIGNALS
 from ..base.units import from_si, to_si
 from ..linear import equilibrium
 from ..plant import build
-from ..records.excitation import MOST_ROWS, SIMPLE, Excitation, Spacing, Spectrum, chirp, excitation, multisine
+from ..records.excitation import KINDS, MOST_ROWS, SIMPLE, Excitation, Spacing, Spectrum, chirp, excitation, multisine
 from ..rigs.rig import Rig
 from .drive_simulation import DriveSimulation, play, trouble, within_limits
 
-KINDS = (*SIMPLE, "chirp", "multisine")
 LARGEST = 0.4  # of full command: no move is faster
 COMMANDS = LARGEST * np.array([0.005, 0.0125, 0.025, 0.05, 0.125, 0.25, 0.5, 1.0])  # between which speeds are straight
 PUSH = 0.25  # of the force that the supply can give on the smaller side, to accelerate with

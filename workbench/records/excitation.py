@@ -242,3 +242,4 @@ def _rising_zero(lines: np.ndarray, coefficients: np.ndarray, fine: np.ndarray) 
 
 
 SIMPLE: dict[str, Callable[[float, float, float], np.ndarray]] = {"steps": steps, "ramps": ramps, "triangle": triangle}
+KINDS = (*SIMPLE, "chirp", "multisine")

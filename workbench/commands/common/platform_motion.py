@@ -8,7 +8,7 @@ import numpy as np
 from ...base.errors import InputError, nearest
 from ...base.table import Table
 from ...base.units import Spec, to_si
-from ...loop.platform.record import accelerated_pose, lowest_corner, recorded_pose, road_pose
+from ...loop.platform.poses import accelerated_pose, lowest_corner, recorded_pose, road_pose
 from ...records.frequency_sheet import Columns
 from ...records.road import CLASSES
 from ...rigs.platform import AXES, Platform

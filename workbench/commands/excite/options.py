@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ...base.errors import InputError
-from ...loop.standard_records import KINDS, Design
+from ...records.excitation import KINDS
 from ...rigs.rig_file import load_rig
 from .config import SETS
 
@@ -41,9 +41,11 @@ def _excite(options: argparse.Namespace, _words: list[str]) -> None:
             raise InputError(f"--{name}: missing; a {options.kind} needs it")
     band = tuple(options.band) if options.band else None
     shape = (options.repeat, band, options.lines, options.spectrum, options.sweep)
-    design = Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
     rig = load_rig(options.rig)
+    from ...loop.standard_records import Design
     from .study import excite
+
+    design = Design(options.kind, options.signal, options.amplitude, options.seconds, *shape)
 
     print(excite(design, rig, options.out, options.force))
 

@@ -10,7 +10,7 @@ from ...base.errors import InputError
 from ...control.platform_controller import PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup
 from ...loop.platform.excitation import checked_run, largest_run, largest_within_limits
-from ...loop.platform.record import recorded_pose
+from ...loop.platform.poses import recorded_pose
 from ...records import Record
 from ...rigs.platform import LEGS, Platform
 from ..fit.free_parameters import Candidate

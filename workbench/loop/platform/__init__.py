@@ -9,7 +9,7 @@ robustness      platforms drawn over payload, pose and legs; loops and steps on 
 excitation      motions that tell the axes apart, as large as the legs take them
 measured        the 6 x 6 transfer as it is measured, with its uncertainty
 learning        a drive file of six axes, learned
-record          roads, recorded courses and accelerations as poses at the control period, checked, played and learned
+poses, record   roads, recorded courses and accelerations as poses at the control period; checked, played and learned
 reached         sines inside and outside an axis's envelope; what a loop follows of it is in sines
 reach           where it can go: stroke, joint angles, forces, flow, singular poses
 """

@@ -12,7 +12,8 @@ from ...rigs.platform import AXES, Platform
 from ..capability import capability
 from ..drive_simulation import drive
 from .loop import PlatformRun, run_platform
-from .record import REST, check_motion
+from .poses import REST
+from .record import check_motion
 from .setup import PlatformSetup
 
 T = TypeVar("T")

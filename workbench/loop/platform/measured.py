@@ -18,7 +18,8 @@ from ...control.platform_controller import LEGS, PlatformController
 from ...records.excitation import MultisineSpec, harmonics
 from .compiled import LegSensors
 from .loop import PlatformRun, run_platform
-from .record import REST, check_motion
+from .poses import REST
+from .record import check_motion
 from .setup import PlatformSetup
 
 REALIZATIONS = 4
