@@ -26,7 +26,7 @@ class OutOfTime(Exception):
 
 
 def until(stage: Stage, over: Callable[[], bool]) -> Stage:
-    """The same stages until time is `over`. Raises OutOfTime where one would begin after that."""
+    """The stages of `stage` until time is `over`. Raises OutOfTime where one would begin after that."""
 
     def staged(name: str, compute: Callable[[], T]) -> T:
         if over():

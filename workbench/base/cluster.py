@@ -212,7 +212,7 @@ def _result(future: Future[bytes], cluster: Cluster) -> bytes:
 
 
 def _itself(work: _Work) -> _Work:
-    """As a task, so that the scheduler knows it whichever workers die."""
+    """The work as a task, so that the scheduler knows it whichever workers die."""
     return work
 
 

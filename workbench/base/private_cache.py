@@ -19,12 +19,12 @@ def is_private(status: os.stat_result) -> bool:
 
 
 def cache_folder() -> Path:
-    """Where computed files are kept: $XDG_CACHE_HOME/jackbench, or what the system has for this purpose."""
+    """The folder of computed files: $XDG_CACHE_HOME/jackbench, or what the system has for this purpose."""
     return _folder("XDG_CACHE_HOME", "LOCALAPPDATA", "Library/Caches", ".cache")
 
 
 def config_folder() -> Path:
-    """Where a user's choices are kept: $XDG_CONFIG_HOME/jackbench, or what the system has for this purpose."""
+    """The folder of a user's choices: $XDG_CONFIG_HOME/jackbench, or what the system has for this purpose."""
     return _folder("XDG_CONFIG_HOME", "APPDATA", "Library/Application Support", ".config")
 
 

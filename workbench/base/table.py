@@ -19,7 +19,7 @@ _LOWEST = -math.inf
 
 @dataclass(frozen=True)
 class TableLocation:
-    """Where in a document a table stands: `document` opens every message, `lines` knows the lines of key paths."""
+    """A table's place in a document: `document` opens every message, `lines` knows the lines of key paths."""
 
     document: str
     path: KeyPath = ()
@@ -101,7 +101,7 @@ class Table:
         return self._as_table(self._get(key, f"add a table [{header}]"), key, f"write [{header}]", *known)
 
     def optional_table(self, key: str, *known: str) -> "Table":
-        """The same, empty where it is not there."""
+        """The table of a key, empty where it is not there."""
         return self.table(key, *known) if key in self else Table({}, self.place.inside(key))
 
     def tables(self, key: str, *known: str) -> list["Table"]:

@@ -33,7 +33,7 @@ def read_toml(path: str | Path, shown: str | None = None) -> Table:
 
 
 def _checked(values: dict[str, Any], place: TableLocation) -> dict[str, Any]:
-    """The same document. Raises InputError for what is nested too deeply, and for a NUL in a text or a key."""
+    """The document as it is. Raises InputError for what is nested too deeply, and for a NUL in a text or a key."""
     level: list[tuple[Any, TableLocation]] = [(values, place)]
     for _ in range(_DEEPEST):
         inside: list[tuple[Any, TableLocation]] = []

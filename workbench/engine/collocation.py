@@ -84,7 +84,7 @@ class Mesh:
 
     @property
     def rates(self) -> ca.MX:
-        """Of the command from the middle of an interval to the next, as parts of the greatest: 1 by k."""
+        """Rates of the command from the middle of an interval to the next, as parts of the greatest: 1 by k."""
         return (self.commands - ca.horzcat(self.held, self.commands[:, :-1])) / (self.motion.rate * self.gaps)
 
     @property

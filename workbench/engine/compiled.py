@@ -181,7 +181,8 @@ class CompiledPlant:
         every: int,
         p: np.ndarray | None = None,
     ) -> tuple[Batch, np.ndarray]:
-        """As `run_batch`, the inputs given by the sampling instants of a law: machine code at the address `sample`.
+        """A batch as `run_batch` makes it, its inputs given by a law's sampling instants: machine code at address
+        `sample`.
 
         durations [parts] or [lanes, parts] of the intervals of one period; law [lanes, states], which goes on to the
         last instant's; rows_in [lanes or 1, instants, k]; numbers [lanes or 1, k]. Every `every`-th instant's state is
@@ -208,7 +209,7 @@ class CompiledPlant:
     def _sampled_job(
         self, sample: int, parts: int, every: int, records: int, places: dict[str, np.ndarray], x: int
     ) -> RunJob:
-        """Of all arrays by their names in it, `records` of a lane's states from the address x on."""
+        """The job of all arrays by their names in it, `records` of a lane's states from the address x on."""
         t, into, out = (places[name] for name in ("duration", "rows_in", "rows_out"))
         lanes, instants = out.shape[:2]
         return RunJob(
@@ -285,7 +286,7 @@ class SampledSteps:
         rows: np.ndarray,
         width_out: int,
     ) -> None:
-        """Of the law's machine code, and arrays as `run_sampled` has them."""
+        """The steps of the law's machine code, over arrays as `run_sampled` has them."""
         lanes, instants, _ = rows.shape
         self.x, self.u, self.p, self._y = (np.zeros((lanes, k)) for k in (plant._n, plant._m, len(plant._p), plant._k))
         self.law, self.numbers, self.rows = law, numbers, rows

@@ -47,12 +47,12 @@ class HeldCommands:
 
     @property
     def mean(self) -> np.ndarray:
-        """Over each interval."""
+        """The mean command over each interval."""
         return arriving(self.older, self.newer, self.share, True)[0]
 
     @property
     def slope(self) -> np.ndarray:
-        """Of the mean to the delay [1/s]."""
+        """Derivative of the mean with respect to the delay [1/s]."""
         return (self.older - self.newer) / self.interval
 
     @property
@@ -61,7 +61,7 @@ class HeldCommands:
         return not self.interpolated and bool(np.any(self.share))
 
     def some(self, which: slice | np.ndarray) -> "HeldCommands":
-        """Of a part of the first axis."""
+        """The commands of a part of the first axis."""
         return self._each(lambda values: values[which])
 
     def parts(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,7 +135,7 @@ class LaneDelays:
 
     @classmethod
     def of(cls, delays: np.ndarray, period: float) -> "LaneDelays":
-        """Of delays [lanes] in s."""
+        """The whole periods and parts of delays [lanes] in s."""
         pairs = [periods(delay, period) for delay in delays.tolist()]
         return cls(np.array([whole for whole, _ in pairs]), np.array([part for _, part in pairs]))
 

@@ -230,7 +230,7 @@ class Engine:
         return shape in self._laws
 
     def _law(self, shape: "LawShape") -> "SampledLaw":
-        """Of those that it has made the latest stay."""
+        """The law of a shape, compiled once; of those made the latest stay."""
         from .sampled_code import compile_law
 
         return self._laws.get(shape, lambda: compile_law(self.plant, shape))

@@ -77,8 +77,8 @@ def _reasons(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
 
 
 def _implausible(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
-    """Where measured and observed motion differ by more than other oil, flow and mass explain; a position that repeats
-    while flow moves the jack is lost."""
+    """Whether measured and observed motion differ by more than other oil, flow and mass explain; a position that
+    repeats while flow moves the jack is lost."""
     q, strain = sample.q, after["strain"] / sample.q["oil"]
     gap = ca.fabs(after["gap"] + strain)
     wrong = [("observer", gap > q["allowed"] + q["flow_share"] * after["travel"] + ca.fabs(strain))]
@@ -166,14 +166,14 @@ def _speed_to_brake(sample: Sample, after: Parts, trip: ca.SX, believed: ca.SX) 
 
 
 def _braking_command(sample: Sample, speed: ca.SX, believed: ca.SX) -> ca.SX:
-    """Where the brake begins: the opening that throttles this speed with the braking force, no wider than it is."""
+    """The opening that the brake begins at: it throttles this speed with the braking force, no wider than it is."""
     u, wide = sample.u, sample.q["opening"] * speed
     braked = ca.fmin(ca.fmax(u, ca.fmin(wide, 0)), ca.fmax(wide, 0))
     return braked if sample.shape.observes else ca.if_else(believed, braked, u)
 
 
 def _held(s: Parts, after: Parts, believed: ca.SX, q: Parts) -> dict[str, ca.SX]:
-    """Where a jack stands that is to be held after a trip: from when the brake is through, if its position is known."""
+    """The position to hold a jack at after a trip, from when the brake is through, if its position is known."""
     stands = ca.logic_and(ca.logic_and(s["trip"] > 0, s["brake"] == 0), ca.fabs(after["v"]) < q["calm"])
     held = ca.logic_and(q["hold"] > 0, ca.logic_or(s["held"], ca.logic_and(stands, believed)))
     return {"held": held, "stand": ca.if_else(s["held"], s["stand"], after["x"])}

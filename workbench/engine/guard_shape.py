@@ -40,7 +40,7 @@ def packed(places: Mapping[str, slice], **values: np.ndarray | float) -> np.ndar
 
 
 def length(of: Mapping[str, slice]) -> int:
-    """Of a vector with such places."""
+    """The length of a vector with such places."""
     return max(place.stop for place in of.values())
 
 

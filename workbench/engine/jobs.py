@@ -58,7 +58,7 @@ class Stepping:
 
     @property
     def limits(self) -> dict[str, float]:
-        """As a job has them, but for the first step."""
+        """The fields that a job has, but for the first step."""
         return {"tolerance": self.tolerance, "cap": self.cap, "rate": self.rate, "burst": self.burst}
 
     def spent(self, attempts: int, seconds: float) -> bool:
@@ -83,7 +83,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a block of lanes keeps its numbers, in units of eight bytes: element i of lane w stands at i width + w.
+    """The places of a block's numbers, in units of eight bytes: element i of lane w stands at i width + w.
 
     `commands`: how many of the inputs, the first ones, are commands that may change inside a period.
     """

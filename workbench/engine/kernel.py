@@ -75,7 +75,7 @@ class KernelShape:
 
     @cached_property
     def first(self) -> dict[str, int]:
-        """Where each table begins."""
+        """The place at which each table begins."""
         ends = np.cumsum([0, *(length for _, length in self.tables)]).tolist()
         return {name: end for (name, _), end in zip(self.tables, ends, strict=False)}
 

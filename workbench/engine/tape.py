@@ -139,7 +139,7 @@ def fixed(tape: Tape, arguments: set[int]) -> list[bool]:
 
 
 def divide_less(tape: Tape, arguments: set[int]) -> Tape:
-    """The same results with fewer divisions; `arguments` are the inputs that are constant during a run."""
+    """A tape of the same results with fewer divisions; `arguments` are the inputs that are constant during a run."""
     return _Rewriting(tape, arguments).target
 
 

@@ -139,7 +139,8 @@ class Balance:
         return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, self.columns)]
 
     def starts(self) -> list[np.ndarray]:
-        """Where searches start: an open command on and beside null, around which the lap makes its slope jump."""
+        """The points that searches start at: an open command on and beside null, around which the lap makes its slope
+        jump."""
         start = np.zeros(len(self.columns))
         if self.plant.n not in self.columns:
             return [start]

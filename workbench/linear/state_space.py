@@ -56,7 +56,7 @@ class StateSpace:
         return response[0, 0] if squeeze and self.D.size == 1 else response
 
     def relabelled(self, inputs: Sequence[str], outputs: Sequence[str]) -> "StateSpace":
-        """The same with other names of its signals."""
+        """This system with other names of its signals."""
         return replace(self, input_labels=list(inputs), output_labels=list(outputs))
 
     def to_control(self, **names: Any) -> "control.StateSpace":

@@ -103,7 +103,7 @@ class ClosedLoop:
         return linear_loops(self.controller, self.setup)
 
     def with_controller(self, controller: ControllerSpec) -> "ClosedLoop":
-        """The same rig under another controller."""
+        """The loop of this rig under another controller."""
         loop = ClosedLoop(self.rig, controller, ideal=self.ideal)
         if "setup" in self.__dict__ and loop.delay == self.delay:
             loop.__dict__["setup"] = self.setup

@@ -151,7 +151,7 @@ class Plant:
         return float(self.lane_lateness((self.p if p is None else p)[None])[0])
 
     def lane_lateness(self, p: np.ndarray) -> np.ndarray:
-        """The same of plants with parameters p [lanes, k]: [lanes]."""
+        """Lateness [lanes] s of plants with parameters p [lanes, k]."""
         delays = [p[:, self.parameters.index(name)] for name in (self.delay, self.computing) if name]
         return np.sum([np.zeros(len(p)), *delays], axis=0)
 

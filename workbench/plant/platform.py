@@ -100,7 +100,7 @@ def _effect_numbers(platform: Platform) -> dict[str, float]:
 
 
 def _units(linear: str) -> list[str]:
-    """Of six components: of forces, lengths or speeds."""
+    """The units of six components: of forces, lengths or speeds."""
     return [linear] * 3 + [{"N": "N m", "m": "rad", "m/s": "rad/s"}[linear]] * 3
 
 

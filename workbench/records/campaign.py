@@ -162,7 +162,7 @@ def load_campaign(folder: str | Path, leg: int | None = None, judged: bool = Tru
 
 
 def _leg_columns(leg: int) -> dict[str, ColumnMap]:
-    """Where the signals of a platform's leg are."""
+    """The columns of the signals of a platform's leg."""
     return {name: ColumnMap(f"leg{leg}.{name}") for name in SIGNALS if name != "t"}
 
 

@@ -45,7 +45,7 @@ class Excitation:
         return np.arange(len(self.reference)) * self.period
 
     def scaled(self, factor: float) -> "Excitation":
-        """The same at another size, about the reference that it begins with."""
+        """This excitation at another size, about the reference that it begins with."""
         start = self.reference[0]
         return replace(self, reference=start + factor * (self.reference - start), command=factor * self.command)
 
@@ -61,7 +61,7 @@ def steps(amplitude: float, seconds: float, period: float) -> np.ndarray:
 
 
 def ramps(amplitude: float, seconds: float, period: float) -> np.ndarray:
-    """As `steps`, each level reached on a ramp as long as it is then held."""
+    """Ramps to the levels of `steps`, each as long as the level is then held."""
     rows = _rows(seconds, period)
     knots = np.concatenate(([0.0], np.repeat(LEVELS, 2), [0.0]))
     slot = rows // (len(knots) - 1)

@@ -90,7 +90,7 @@ def whose(limit: Number) -> str:
 
 
 def limits_of(rig: "Rig") -> tuple[SignalLimit, ...]:
-    """Of position, velocity, force, where there is one the pressure of each chamber, and what a live rig limits
+    """Limits of position, velocity, force, where there is one the pressure of each chamber, and what a live rig limits
     further."""
     own = rig.limits
     about = (("position", rig.middle, "stroke"), ("velocity", 0.0, "speed"), ("force", 0.0, "force"))
@@ -114,7 +114,7 @@ class Nearest:
 
 
 def nearest_limit(limits: tuple[SignalLimit, ...], signals: Mapping[str, np.ndarray]) -> Nearest | None:
-    """Of signals [.., k] by name, what came nearest to a limit, or furthest beyond; None where none has a limit."""
+    """The signal of `signals` [.., k] nearest to its limit, or furthest beyond; None where none has a limit."""
     found: Nearest | None = None
     for limit in limits:
         values = signals.get(limit.signal)

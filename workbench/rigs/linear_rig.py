@@ -125,7 +125,7 @@ class LinearRig(Rig):
         return a, b, c, e
 
     def state_matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The same as arrays, of this plant's own numbers, without the delay."""
+        """The matrices (A, B, C, E) as arrays, of this plant's own numbers, without the delay."""
         values = {name: number.value for name, number in self.numbers.items()} | self.constants
         a, b, c, e = (np.array(part, float) for part in self.matrices(values))
         return a, b, c, e
@@ -141,11 +141,11 @@ class LinearRig(Rig):
         return np.where(sizes > 0, sizes, 1.0).tolist()
 
     def later(self, delay: float) -> "LinearRig":
-        """The same with its command `delay` [s] later."""
+        """This rig with its command `delay` [s] later."""
         return replace(self, computing=self.computing + delay)
 
     def table(self) -> dict[str, Any]:
-        """As the tables of a file, every number but the coefficients with its unit."""
+        """The tables of a file, every number but the coefficients with its unit."""
         values = {name: number.value for name, number in self.numbers.items()}
         tables = {name: {"gain": values["gain"], **model} for name, model in self.form.tables(values).items()}
         signals: dict[str, Any] = {"command": self.full_command}

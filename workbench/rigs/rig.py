@@ -172,7 +172,7 @@ class Rig(Mapping[str, float]):
         return True
 
     def table(self) -> dict[str, Any]:
-        """As the tables of a rig file."""
+        """The tables of a rig file."""
         return rig_table(self)
 
     def limit(self, name: str) -> float:

@@ -14,6 +14,6 @@ def bundled_platforms() -> list[str]:
 
 
 def _names(*folders: str) -> list[str]:
-    """Of the TOML files in a folder of the package."""
+    """The names of the TOML files in a folder of the package."""
     folder = files("workbench").joinpath(*folders)
     return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml"))

@@ -31,7 +31,7 @@ class ShutOff:
         return leak if since >= time else 1 - (1 - leak) * since / time
 
     def table(self) -> Mapping[str, object]:
-        """As the table of a rig file."""
+        """The table of a rig file."""
         return {"closing_time": number_entry(self.closing_time), "leak": number_entry(self.leak)}
 
 

@@ -78,7 +78,7 @@ class TestBench:
         return _relative(f, flow, AGREE * np.abs(flow))
 
     def metered_response(self, stage: str, size: int) -> ResponseEstimate:
-        """The same as a flow meter tells it: with its noise over each sine."""
+        """The response as a flow meter reads it, with the meter's noise over each sine."""
         f, flow = self._amplitudes(stage, size)
         most = self.rated if stage == "main" else self.pilot_rated
         deviation = METER * most * np.sqrt(2 * FAST / np.maximum(ROUNDS / f, LASTS))

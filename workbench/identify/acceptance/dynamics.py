@@ -31,7 +31,7 @@ class ResponseEstimate:
 
 
 def corner_rows(response: ResponseEstimate | None, stem: str, what: str, reason: str) -> list[Row]:
-    """Where the gain has fallen by 3 dB from its first, and where the phase passes -90 deg.
+    """Rows of the frequencies [Hz] at which the gain is 3 dB below its first and the phase passes -90 deg.
 
     Low and high are where the edges of the band pass. Null where the response does not reach there.
     """
@@ -58,7 +58,7 @@ def _corner(
 
 
 def multisine_response(record: Record, output: str) -> ResponseEstimate | None:
-    """Of a record that excites the command broadly; None where little of it is coherent."""
+    """The response of a record that excites the command broadly; None where little of it is coherent."""
     try:
         found = measured_response(record, "command", output)
     except InputError:
@@ -70,7 +70,7 @@ def multisine_response(record: Record, output: str) -> ResponseEstimate | None:
 
 
 def sine_response(record: Record, output: str) -> ResponseEstimate:
-    """Of a record with sines of one frequency after another, rests between them. Raises InputError for what is none."""
+    """The response of a record of one sine after another, rests between them. Raises InputError for what is none."""
     blocks = [block for block in _moving(record) if block[1] - block[0] > 2 * _REST]
     if not blocks:
         does = "goes by jumps" if np.ptp(record.signals["command"]) > 0 else "stands still"

@@ -46,7 +46,7 @@ class FlowCurve:
     source: str
 
     def estimate(self, weights: np.ndarray, value: float | None = None) -> Estimate:
-        """Of a linear combination [k] of the flows; `value` where it is the slope of something else."""
+        """The estimate of a linear combination [k] of the flows; `value` where it is the slope of something else."""
         direction = np.concatenate((weights, np.zeros(self.fit.coefficients.size - weights.size)))
         own = float(weights @ self.flow) if value is None else value
         return Estimate(own, self.fit.deviation(direction), self.fit.freedom)

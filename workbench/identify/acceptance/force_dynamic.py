@@ -54,7 +54,7 @@ class ForcePoint:
         return np.abs(self.indicated - mass.value * self.acceleration), "mass times acceleration"
 
     def error(self, mass: Estimate | None, compensated: bool = False) -> Estimate | None:
-        """Of the force range, as a share: what is indicated, or that less the inertia, over what is at the specimen."""
+        """The error as a share of the force range: force indicated, or that less the inertia, over the specimen's."""
         inertia = self.acceleration is not None and mass is not None
         if (compensated and (self.reference is None or not inertia)) or (self.reference is None and not inertia):
             return None
@@ -78,7 +78,7 @@ class ForcePoint:
 
 
 def force_points(records: Sequence[Record], rig: Rig) -> list[ForcePoint]:
-    """Of records force-sine, by frequency and record. Raises InputError for what is no sine."""
+    """The points of records force-sine, by frequency and record. Raises InputError for what is no sine."""
     noise = rig.sensors["force"].noise if "force" in rig.sensors else 0.0
     sines = [sine for record in records if "force" in record.signals for sine in steady_sines(record, "force", noise)]
     return [
@@ -99,7 +99,7 @@ def _point(sine: SteadySine, rig: Rig) -> ForcePoint:
 
 
 def _acceleration(sine: SteadySine, rig: Rig) -> tuple[np.ndarray | None, str, float]:
-    """As recorded, else of the recorded position, else by the model from the pressures that push the moving mass."""
+    """Acceleration: recorded, else from the position, else by the model from the pressures on the moving mass."""
     names, w = sine.record.names, 2 * np.pi * sine.f
     if "acceleration" in names:
         return sine.amplitudes("acceleration"), "accelerometer", 0.0

@@ -63,14 +63,14 @@ class StaticTest:
         return Estimate(float(np.sqrt(squares / freedom)) if freedom else np.nan, np.nan, freedom)
 
     def mean(self, levels: Sequence[Level]) -> Estimate:
-        """Of the errors [N] of repeats."""
+        """The mean error [N] of repeated levels."""
         scatter = self.scatter
         error = float(np.mean([level.error for level in levels]))
         return Estimate(error, scatter.value / np.sqrt(len(levels)), scatter.freedom)
 
 
 def static_test(records: Sequence[Record], capacity: float) -> StaticTest | None:
-    """Of records force-static; None where none has both forces. Raises InputError for levels held too short a time."""
+    """The test that records force-static make, None where none has both forces. Raises InputError for brief levels."""
     both = [record for record in records if {"force", "reference_force"} <= set(record.names)]
     return StaticTest([level for record in both for level in _levels(record)], capacity) if both else None
 

@@ -87,7 +87,7 @@ def _declared(rig: Rig) -> Estimate | None:
 
 
 def _mass(mass: Estimate | None, gain: float, points: Sequence[ForcePoint]) -> Row:
-    """Of the mass that the cell shows, which an error `gain` of its span enlarges."""
+    """The row of the mass that the cell shows, which an error `gain` of its span enlarges."""
     meaning = "mass between load cell and specimen"
     if mass is None:
         why = (
@@ -124,7 +124,8 @@ def _compensated(
 
 
 def _band(points: Sequence[ForcePoint], mass: Estimate | None, asked: Reference) -> Row:
-    """Where |e0 + c f^2| comes to the limit: inertia over an elastic force goes with the square of the frequency."""
+    """The row of the frequency at which |e0 + c f^2| comes to the limit: inertia over an elastic force goes with
+    f^2."""
     percent = f"{100 * asked.within:g}"
     id, meaning = "band", f"frequency up to which the error stays within {percent} %, by its growth with f^2"
     errors = [(point.f, error) for point in points if (error := point.error(mass)) is not None]

@@ -54,7 +54,7 @@ def hysteresis_row(
 
 
 def threshold_row(records: Sequence[Record], opening: Opening | None, curve: FlowCurve | None, lagging: Opening) -> Row:
-    """The same from records of small commands, both ways of a triangle about null."""
+    """The row of the threshold, from records of small commands, both ways of a triangle about null."""
     small = [record for record in records if np.ptp(record.signals["command"]) <= _SMALL]
     return _row(_THRESHOLD, small, opening, curve, lagging)
 

@@ -103,7 +103,7 @@ def _calibrated(lag: ValveLag, records: Sequence[Record]) -> Opening:
 
 
 def command_opening(rig: Rig) -> Opening:
-    """Where no spool was recorded: a lag as the rig's own valve has it, by its model at rest."""
+    """The opening where no spool was recorded: a lag as the rig's own valve has it, by its model at rest."""
     plant = build_valve_bench(rig)
     rest = equilibrium(plant, command=0.0, p=plant.without_dry_friction())
     sine = stepped_sine(Engine(plant), rest.x, rest.u, [_SLOW], _SMALL, ["spool"])

@@ -18,7 +18,7 @@ _LEAK = ("leakage", "largest internal leakage of the main lands about null, port
 
 
 def pressure_rows(records: Sequence[Record]) -> list[Row]:
-    """Of records valve-pressure, with `pa` and `pb`, and `flow` what the supply gives."""
+    """The rows of records valve-pressure, with `pa` and `pb`, and `flow` what the supply gives."""
     gain, leak = (next((r for r in records if set(names) <= set(r.names)), None) for names in (("pa", "pb"), ("flow",)))
     lacks = "no record valve-pressure, with blocked load ports"
     return [
@@ -61,7 +61,7 @@ def _load(record: Record) -> tuple[np.ndarray, float, float]:
 
 
 def _peak(record: Record) -> Estimate:
-    """Of the flow over the load pressure, which no lag shifts: it rises and falls about null, and so does a quartic."""
+    """The peak of flow over load pressure, which no lag shifts: it rises and falls about null, as a quartic does."""
     load, middle, half = _load(record)
     share, inside = (load - middle) / half, np.abs(load - middle) < _WIDE * half
     columns = np.vander(share[inside], _ORDER + 1, increasing=True)

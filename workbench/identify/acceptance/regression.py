@@ -36,8 +36,8 @@ class Regression:
     groups: int
 
     def deviation(self, direction: np.ndarray) -> float:
-        """Of a linear combination [n]: the larger of both. Scores grouped over time see a misfit that comes and goes
-        with what the rig does, which a disturbance that is white from block to block does not."""
+        """The deviation of a linear combination [n], the larger of both. Grouped scores see a misfit that comes and
+        goes with what the rig does, which a disturbance that is white from block to block does not."""
         both = (direction @ covariance @ direction for covariance in (self.likelihood, self.grouped))
         return float(np.sqrt(max(0.0, *both)))
 
@@ -73,7 +73,7 @@ def regress(series: Sequence[Series], known: np.ndarray, prior: np.ndarray, summ
 
 
 class _Problem:
-    """The same in scaled unknowns, turned so that its noise is white but for the `roots` of each row."""
+    """A regression in scaled unknowns, turned so that its noise is white but for the `roots` of each row."""
 
     def __init__(self, series: Sequence[Series], known: np.ndarray, precision: np.ndarray, summed: bool) -> None:
         self.y = np.concatenate([_turned(s.y) if summed else s.y for s in series])

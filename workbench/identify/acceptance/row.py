@@ -36,7 +36,7 @@ class Row:
     limited: bool = False
 
     def table(self) -> dict[str, Any]:
-        """As metrics.json has it."""
+        """The row as metrics.json has it."""
         figures = {"id": self.id, "value": self.value, "unit": self.unit, "low": self.low, "high": self.high}
         return figures | {"maker": self.maker, "pass": self.passed, "reason": self.reason or None}
 

@@ -123,6 +123,6 @@ def _columns(t: np.ndarray, f: float) -> np.ndarray:
 
 
 def _amplitude(t: np.ndarray, y: np.ndarray, f: float) -> complex:
-    """Of the sine of phase 0 at t = 0; positive imaginary part: it leads."""
+    """The amplitude against a sine of phase 0 at t = 0; positive imaginary part: it leads."""
     sine, cosine, _ = np.linalg.lstsq(_columns(t, f)[:, :3], y)[0]
     return complex(sine, cosine)

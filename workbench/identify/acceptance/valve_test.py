@@ -161,7 +161,7 @@ def _no_curve(why: str) -> list[Row]:
 
 
 def _shifts(why: str) -> list[Row]:
-    """Of the null, which `null_shift` tells where records are of two states."""
+    """The rows of the null's shifts, which `null_shift` tells where records are of two states."""
     none = {SUPPLY: why or SUPPLY.none, TEMPERATURE: TEMPERATURE.none}
     return [unsaid(line.id, line.meaning, "%", reason) for line, reason in none.items()]
 

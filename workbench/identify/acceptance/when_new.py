@@ -106,7 +106,7 @@ def _half(number: Number) -> float:
 
 
 def _number(number: Number, x: float, spread: float, source: str) -> Number:
-    """As declared where the sheet says no more."""
+    """The number as the sheet narrows it; as declared where the sheet says no more."""
     if _Z * spread >= 1:
         return number
     value, reach = number.value + _half(number) * x, _Z * _half(number) * spread

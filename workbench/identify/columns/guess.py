@@ -33,7 +33,7 @@ class ColumnGuess:
 
     @property
     def mapping(self) -> ColumnMap:
-        """As an entry of [signals]."""
+        """The column's entry in [signals]."""
         assert self.conversion is not None
         how = self.conversion
         plain = how.scale == 1.0 and how.offset == 0.0 and how.to == how.unit

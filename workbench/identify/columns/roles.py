@@ -105,7 +105,7 @@ def roles(motions: Sequence[RecordMotion]) -> Roles:
 
 
 def by_order(files: Sequence[str]) -> Roles:
-    """Of records of which nothing says how they move: the last is held out."""
+    """The roles of records of which nothing says how they move: the last is held out."""
     why = "how the records move is not known yet: the last is held out"
     return Roles({"static": [], "train": list(files[:-1]), "heldout": list(files[-1:])}, why)
 

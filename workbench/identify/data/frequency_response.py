@@ -72,7 +72,7 @@ class FrequencyResponse:
         return np.where(share < 1, np.arcsin(np.minimum(share, 1.0)), np.pi)
 
     def holds(self, response: np.ndarray) -> np.ndarray:
-        """Where another response [k] lies inside the circle, [k] bool."""
+        """Whether another response [k] lies inside the circle, [k] bool."""
         return np.abs(response - self.response) <= self.radius
 
 
@@ -131,7 +131,7 @@ def evenly(record: Record) -> tuple[Record, tuple[str, ...]]:
 
 
 def excited(f: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Where an input of spectrum `size` [k] at rising f [k] is excited, [k] bool: not FAINT beside its neighbours.
+    """The lines [k] bool at which an input of spectrum `size` [k], f [k] rising, is not FAINT beside its neighbours.
 
     Between the lines of a multisine a closed loop shows an input too: its answer to noise and to distortion. What falls
     faster than as 1/f above a line, or as f below it, is faint as well: the tails of a chirp outside its band.

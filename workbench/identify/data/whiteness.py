@@ -14,7 +14,7 @@ _AS_IS: Any = False  # no detrending: an offset is part of a residual (scipy's s
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Of one signal's residuals, pooled over records.
+    """Spectrum and autocorrelation of one signal's residuals, pooled over records.
 
     f [k] Hz and density [k] (SI^2/Hz, one-sided); lag [m] s and autocorrelation [m], with the 95 % `band` (+-) that a
     residual of nothing but the measured noise would stay in: 1.96 sqrt(kappa / N), kappa from the noise floor.

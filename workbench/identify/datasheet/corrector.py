@@ -126,7 +126,7 @@ class SpoolLoop:
         return p, Equilibrium(rest.x[0], rest.u[0], 0.0), float(zeta[0])
 
     def _at_null(self, p: np.ndarray) -> tuple[Equilibria, np.ndarray]:
-        """Where valves with parameters p [lanes, k] rest, and their damping [lanes] as `null_zeta`; NaN for no rest."""
+        """Equilibria of valves with parameters p [lanes, k], and damping [lanes] as `null_zeta`; NaN for no rest."""
         still = np.array([self._plant.without_dry_friction(row) for row in p])
         rest = equilibria(self._plant, still, command=0.0)
         x = np.where(rest.ok[:, None], rest.x, self._plant.start)

@@ -104,7 +104,7 @@ def _null(z0: Number, hysteresis: float) -> Number:
 
 
 def _geometric_mean(values: list[float]) -> float:
-    """Of one value: that value, to the last bit."""
+    """The geometric mean; of one value, that value to the last bit."""
     return values[0] * float(np.exp(np.mean(np.log(np.divide(values, values[0])))))
 
 

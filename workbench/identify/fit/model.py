@@ -172,7 +172,8 @@ class Model:
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
-        """Where a record begins, as far as nothing is measured: slow to find, and hardly another with other numbers."""
+        """The state that a record begins at, where nothing is measured: slow to find, hardly another with other
+        numbers."""
         try:
             return equilibrium(self.plant).x
         except InputError:  # shut valves and a leak: it rests nowhere

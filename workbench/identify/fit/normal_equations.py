@@ -228,7 +228,7 @@ def bounded_step(
 def least_step(
     matrix: np.ndarray, gradient: np.ndarray, x: np.ndarray, ends: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """The same of all steps in the ranges, at some cost: where many numbers go together, as the slopes of a curve and
+    """The best of all steps in the ranges, at some cost: where many numbers go together, as the slopes of a curve and
     its gain, those that come to an end first hold the others back."""
     size = np.diag(matrix) ** -0.5
     root = _root(matrix * np.outer(size, size) + _ROUNDING * np.eye(len(x)))

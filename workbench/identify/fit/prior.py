@@ -41,7 +41,7 @@ class Prior:
 
     @cached_property
     def matrix(self) -> np.ndarray:
-        """Of the cost, [k, k]."""
+        """The second derivative of the cost, [k, k]."""
         return np.diag(self.width**-2) + self.stiffness * self.rows.T @ self.rows
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
@@ -53,7 +53,7 @@ class Prior:
         return float(np.sum((x / self.width) ** 2) + self.stiffness * np.sum((self.rows @ x + self.offsets) ** 2))
 
     def at(self, stiffness: float) -> "Prior":
-        """The same with curves of another stiffness."""
+        """This prior with curves of another stiffness."""
         return replace(self, stiffness=stiffness)
 
 

@@ -44,7 +44,7 @@ class SessionNumber:
 
     @property
     def name(self) -> str:
-        """As a free parameter."""
+        """The name of this free parameter."""
         return f"{self.number} ({self.session})"
 
     @property

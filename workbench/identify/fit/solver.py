@@ -127,7 +127,7 @@ def _softened(
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """Where a descent stands: distances, parameters, initial states; squared errors and costs of the windows [w]."""
+    """A point of a descent: distances, parameters, initial states; squared errors and costs of the windows [w]."""
 
     x: np.ndarray
     p: np.ndarray
@@ -154,7 +154,7 @@ class _Descent:
         self._linear: WeakKeyDictionary[_Place, _Linear] = WeakKeyDictionary()
 
     def settle(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
-        """Where a descent from a place ends, with guesses of initial states made anew where others lead further."""
+        """The end of a descent from a place, with guesses of initial states made anew where others lead further."""
         if self._windows.free_run and not self._windows.from_rest:
             place = self._missed(self._run(self._missed(place, guess), guess, rounds), guess)
         return self.refreshed(self._run(place, guess, rounds), guess, rounds)
@@ -239,7 +239,7 @@ class _Descent:
         return float(weights @ place.costs + self.prior.cost(place.x))
 
     def as_stiff_as(self, stiffness: float) -> "_Descent":
-        """The same with curves of another stiffness."""
+        """This descent with curves of another stiffness."""
         other = copy(self)
         other.prior = self.prior.at(stiffness)
         return other

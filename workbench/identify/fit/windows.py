@@ -130,13 +130,13 @@ class Windows:
         return self._of(spans)
 
     def without_rows(self, block: int) -> "Windows":
-        """The same free runs in which one block of the rows is not compared."""
+        """These free runs without one block of the compared rows."""
         compared = [row_blocks(group.weight.shape[1])[:, None] != block for group in self.groups]
         groups = zip(self.groups, compared, strict=True)
         return replace(self, groups=tuple(replace(group, weight=group.weight * rows) for group, rows in groups))
 
     def missed(self, squares: np.ndarray) -> "Windows":
-        """The same free runs with the misfit that squared errors [w] leave; windows as they are."""
+        """These free runs with the misfit that squared errors [w] leave; windows as they are."""
         if not self.free_run:
             return self
         return replace(self, misfit=float(np.clip(np.median(squares) * self.count / self.samples, 1.0, _MOST_MISFIT)))

@@ -19,7 +19,7 @@ class AddedEffect:
     rms: dict[str, float | None]
 
     def json(self) -> dict[str, Any]:
-        """As metrics.json has it."""
+        """The effect's entry in metrics.json."""
         return {"added": self.added, "rms": self.rms}
 
 

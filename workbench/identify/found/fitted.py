@@ -70,7 +70,8 @@ def pinned(rig: Rig) -> list[str]:
 
 
 def pinned_sentence(rig: Rig) -> str:
-    """The same in a sentence, to stand beside what went to an end of its range; empty where none is pinned."""
+    """The pinned numbers in a sentence, to stand beside what went to an end of its range; empty where none is
+    pinned."""
     names = pinned(rig)
     pins = (
         "is pinned: without bounds no fit moves it"

@@ -34,7 +34,7 @@ class LawCurve:
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a law is furthest from a formula: index of the place and the part, and by what share of the formula."""
+    """The furthest difference of a law from a formula: index of place and part, and its share of the formula."""
 
     place: int
     part: int
@@ -88,7 +88,7 @@ def unchanged(effect: Effect, word: str, at: np.ndarray) -> np.ndarray:
 
 
 def differences(law: LawCurve, formula: LawCurve, at: np.ndarray, near: float) -> list[Difference]:
-    """Where a law is furthest from a formula, beyond its band, part by part.
+    """The furthest differences of a law from a formula, beyond its band, part by part.
 
     On either side of 0 where the places reach well to both, and not `near` it, where a sign turns; else where it is
     most above and most below.

@@ -31,7 +31,7 @@ class SessionFit:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of the value, where the rig's own number is as fitted."""
+        """The value's 95 % interval, where the rig's own number is as fitted."""
         return self._after(self.low), self._after(self.high)
 
     def _after(self, change: float) -> float:
@@ -47,7 +47,7 @@ class SessionFit:
         return f"{self.number.name} {change:+.3g} {step} (95 % {low:+.3g} to {high:+.3g})"
 
     def json(self) -> dict[str, Any]:
-        """As metrics.json has it: value in the session and what makes it, SI, [change, low, high] at 95 %."""
+        """The entry in metrics.json: value in the session and what makes it, SI, [change, low, high] at 95 %."""
         kind = "factor" if self.own.is_factor else "shift"
         where = {"session": self.own.session, "number": f"{self.number.name} [{self.number.si}]"}
         where |= {"per": self.own.per} if self.own.per else {}

@@ -25,7 +25,7 @@ class WrenchAnswer:
 
 
 def wrench_answer(problem: WrenchProblem) -> WrenchAnswer:
-    """Of a platform's records."""
+    """The answer to a platform's records."""
     if not problem.judges:
         return WrenchAnswer(fit_payload(problem), _told(None, [], None, None), None, problem.judging)
     trace = trace_wrench(problem)

@@ -36,7 +36,7 @@ def planned_motion(
 
 
 def played_again(setup: PlatformSetup, spec: PlatformSpec, motion: PlannedMotion) -> PlatformRun | None:
-    """The same motion on another platform; None where its limits or guards do not take it."""
+    """The run of a planned motion on another platform; None where its limits or guards do not take it."""
     try:
         return checked_run(setup, spec, as_played(setup.platform, motion), _SEED)
     except InputError:

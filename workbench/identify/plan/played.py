@@ -46,7 +46,7 @@ def check(
     pair: Pair,
     record: Record,
 ) -> dict[str, float]:
-    """Of a record that was played with the first effect of a pair on: the cosine with what was recorded then, and which
+    """The check of a record played with a pair's first effect on: the cosine with what was recorded then, and which
     share of what the rig alone misses each effect explains."""
     first, second = pair.places
     fit, count = effects.model_fit.fit, len(effects.candidates)

@@ -36,7 +36,7 @@ class ElementNumber:
 
     @property
     def free(self) -> FreeParameter:
-        """As a fit moves it, by its logarithm."""
+        """The free parameter that a fit moves, by its logarithm."""
         return FreeParameter(f"learned.{self.name}", self.tried[0], self.low, self.high, None, "range of the element")
 
 

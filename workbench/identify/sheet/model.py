@@ -84,7 +84,7 @@ class SheetModel:
         self._start = np.array([bench.rest.get(state.name, state.start) for state in self.plant.states])
 
     def behind(self, element: Element) -> "SheetModel":
-        """The same compiled plant with an element behind it."""
+        """This model, of the same compiled plant, with an element behind it."""
         model = copy(self)
         model.element = element
         model.parameters = (*self.plant.parameters, *(number.free.name for number in element.numbers))

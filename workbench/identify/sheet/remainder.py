@@ -31,7 +31,7 @@ class Band:
 
 
 def bands(sheets: Sequence[SheetPoints], deviations: Sequence[np.ndarray], sigma: tuple[float, float]) -> list[Band]:
-    """Where deviations [k, 2] (dB, degrees) of each sheet are plain; parts of one name are one sheet."""
+    """The bands in which deviations [k, 2] (dB, degrees) of each sheet are plain; parts of one name are one sheet."""
     found = []
     for name in dict.fromkeys(sheet.name for sheet in sheets):
         own = [place for place, sheet in enumerate(sheets) if sheet.name == name]

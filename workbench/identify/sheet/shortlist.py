@@ -39,7 +39,7 @@ class Rest:
         self._basis = np.linalg.qr(columns)[0]
 
     def __call__(self, change: np.ndarray) -> np.ndarray:
-        """Of a change [points, 2] of the errors."""
+        """The part of a change [points, 2] of the errors that no number of the fit explains."""
         whole = np.append(change.ravel(), np.zeros(self._numbers))
         return whole - self._basis @ (self._basis.T @ whole)
 

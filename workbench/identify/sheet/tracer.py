@@ -239,7 +239,7 @@ def _result(search: _Search) -> SheetTrace:
 
 
 def _left(problem: SheetProblem, named: SheetFit, judged: JudgedFit) -> list[Band]:
-    """Where a fit is plainly wrong, on all points: fitted ones lie between those that judge."""
+    """The bands in which a fit is plainly wrong, on all points: fitted ones lie between those that judge."""
     fitted = train_deviations(problem, named) if problem.heldout else []
     return bands(problem.sheets, [*fitted, *judged.deviations], problem.sigma)
 

@@ -37,7 +37,7 @@ class TraceContext:
 
     @property
     def timed(self) -> "TraceContext":
-        """The same, whose stages raise OutOfTime where the time for a search is over."""
+        """This context, whose stages raise OutOfTime where the time for a search is over."""
         return replace(self, stage=until(self.stage, self.over))
 
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:

@@ -114,7 +114,7 @@ class Trace:
 
     @property
     def equations(self) -> list[str]:
-        """Where the residual may sit: `equation`, and those that the evidence does not put clearly behind."""
+        """Equations that the residual may sit in: `equation`, and those that evidence does not put clearly behind."""
         if self.equation is None:
             return []
         clear = SIGNIFICANT * self.problem.kappa

@@ -32,7 +32,7 @@ _SECANT = 0.2  # of a strength, or of a number that is searched by its logarithm
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where a refit may start: distances of the fit's numbers and then of the effects' [k], all parameters, initial
+    """A start of a refit: distances of the fit's numbers and then of the effects' [k], all parameters, initial
     states [windows, n] of the model without the effects, those with them and how far they are from where the others put
     them, and the errors of each group."""
 

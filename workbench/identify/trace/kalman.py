@@ -24,7 +24,7 @@ class Measured:
 
     @property
     def log_likelihood(self) -> np.ndarray:
-        """Of the miss, [...], but for a constant."""
+        """The log-likelihood of the miss, [...], but for a constant."""
         return -0.5 * (self.miss**2 / self.variance + np.log(self.variance))
 
 

@@ -15,7 +15,7 @@ _WINDOWS = 8  # with the largest errors, in which the equation is sought
 
 @dataclass(frozen=True)
 class FaultLocation:
-    """Where a residual sits, with the evidence of each equation and the chi2 of those that signals test directly."""
+    """The equation that a residual sits in, each one's evidence, and the chi2 of those that signals test directly."""
 
     equation: str
     evidence: tuple[tuple[str, float], ...]

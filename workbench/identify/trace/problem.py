@@ -98,7 +98,7 @@ class EstimationProblem:
 
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:
-        """Where the train records were: values [n] SI of the slots' natural variables, by word."""
+        """The values [n] SI that the slots' natural variables had in the train records, by word."""
         return variable_samples(self.rig, self.campaign.train)
 
     @cached_property

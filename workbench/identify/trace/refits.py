@@ -206,7 +206,7 @@ class _Refits:
         return plain + [pair for pair in own if pair[0].effect.has_memory]
 
     def _formulas_of_best(self, ranked: Ranked, fits: Sequence[CandidateFit | None]) -> list[tuple[Candidate, float]]:
-        """Where several effects are missing: the other formulas of the one to add, once it is known."""
+        """The other formulas of the effect to add, once it is known, where several are missing."""
         known = [candidate_fit for candidate_fit in fits if candidate_fit is not None]
         if not self._context.several or len(known) < len(fits):
             return []
@@ -265,7 +265,7 @@ def _lasts(pair: tuple[Candidate, float]) -> float:
 def _others_with_memory(
     first: Effect, ranked: Ranked, explains: Callable[[tuple[Candidate, float]], float]
 ) -> list[tuple[Candidate, float]]:
-    """Where a formula with memory explains nothing: the name's others with memory, until one explains the misfit.
+    """The name's other formulas with memory where one explains nothing, until one explains the misfit.
 
     A score at windows in which a loop hunts says little of such a formula.
     """

@@ -108,7 +108,7 @@ class NuisanceProjection:
         self._basis = _basis(self._numbers)
 
     def without(self, number: str) -> "NuisanceProjection":
-        """The same where a number, if one is named, stays as it is: what shifts it is no nuisance then. In free runs
+        """This projection where a number, if one is named, stays: what shifts it is no nuisance then. In free runs
         from rest nor are others that are at an end of their range: any may be the number that is another one."""
         others, stay = copy(self), {number, *self._pinned}
         others._basis = _basis(self._numbers[:, [name not in stay for name in self._names]])

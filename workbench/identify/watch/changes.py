@@ -63,7 +63,7 @@ def open_cases(count: int) -> list[Case]:
 def gains(
     of: Marginal, days: np.ndarray, vectors: np.ndarray, cases: Iterable[Case] | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of every case (by default those that go on), and every axis: the gain [c, n, R] and the size [c, n, R].
+    """The gain [c, n, R] and the size [c, n, R] of every case (by default those that go on) on every axis.
 
     `vectors` [T, n, R] are of R histories at once.
     """

@@ -41,7 +41,7 @@ def forecasts(
     loop: TunedLoop,
     rig: Rig,
 ) -> tuple[list[dict[str, Any]], str]:
-    """Of each figure that drifts towards its limit: the days between which it passes it, with 80 %; and of the others
+    """The days between which each figure that drifts towards its limit passes it, with 80 %; and of the others
     a sentence, why they have none.
 
     What is named goes on by its rate, the other numbers are their `usual` ones: the newest session's oil is not that of

@@ -20,7 +20,7 @@ class HealthyRate:
 
 
 def healthy_rate(of: History, a_year: float) -> HealthyRate | None:
-    """Of histories like this rig's, drawn anew, under the limits for `a_year`; None where there are too few sessions
+    """The rate of histories like this rig's, drawn anew, under the limits for `a_year`; None for too few sessions
     for an alarm. An alarm has to show in two sessions in a row, which is not asked here: the true rate is lower."""
     if len(of.days) < FEWEST:
         return None

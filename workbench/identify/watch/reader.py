@@ -35,7 +35,7 @@ class SessionReader:
         self._models: dict[tuple[str, ...], EffectModels] = {}
 
     def evidence(self, campaign: Campaign, what: str) -> SessionEvidence:
-        """Of one session, about the rig as the first one found it. Raises InputError."""
+        """The evidence of one session, about the rig as the first one found it. Raises InputError."""
         if self._found is None:
             self._found = self._as_found(campaign, what)
         rig = self._found

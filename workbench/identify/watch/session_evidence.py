@@ -65,8 +65,8 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class SessionEvidence:
-    """Of one session: `axes` [n], the rig's numbers first; `at` [n], where the errors were taken to first order; matrix
-    A [n, n] and gradient b [n] there, of squared errors over sigma; samples; chi2 there."""
+    """Evidence of one session: `axes` [n], the rig's numbers first; `at` [n], where the errors were taken to first
+    order; matrix A [n, n] and gradient b [n] there, of squared errors over sigma; samples; chi2 there."""
 
     axes: tuple[Axis, ...]
     at: np.ndarray
@@ -77,7 +77,7 @@ class SessionEvidence:
     residuals: Mapping[str, float]
 
     def json(self) -> dict[str, Any]:
-        """As plain data."""
+        """The evidence as plain data."""
         return {
             name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(self).items()
         }

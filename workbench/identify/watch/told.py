@@ -53,7 +53,7 @@ class NamedChange:
         return min(float(np.hypot(walk, (late - mean) / (late or 1.0))), 1.0)
 
     def among(self, left: np.ndarray) -> "NamedChange":
-        """The same of sessions `left` [k], by their numbers among all."""
+        """This change of sessions `left` [k], by their numbers among all."""
         by_all = {int(left[t]): t for t in self.days}
         return replace(
             self,

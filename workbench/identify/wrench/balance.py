@@ -33,7 +33,7 @@ class WrenchBalance:
 
 
 def balance(platform: Platform, legs: LegSignals, near: np.ndarray | None = None) -> WrenchBalance:
-    """Of a motion `near` poses [n, 6] (home). Raises InputError where no pose has the measured lengths."""
+    """The balance of a motion `near` poses [n, 6] (home). Raises InputError where no pose has the measured lengths."""
     moved = motion(platform, legs, near)
     wrench = np.einsum("nij,ni->nj", leg_speeds(platform.geometry, moved.pose), legs.force) + _across(platform, moved)
     falling = moved.rate[:, :3] + (0.0, 0.0, platform["gravity"])

@@ -106,7 +106,7 @@ def _reverses(signals: Sequence[LegSignals], leg: int) -> bool:
 
 
 def _friction(record: Recorded, leg: int, by_load: bool) -> np.ndarray:
-    """As `workbench.plant.platform_effects.joint_friction`; by its load, of the leg's force."""
+    """The wrench of `workbench.plant.platform_effects.joint_friction`; by its load, of the leg's force."""
     platform, moved = record.platform, record.balance.moved
     arm = arms(platform.geometry, moved.pose)[:, leg]
     vector = leg_vectors(platform.geometry, moved.pose)[:, leg]
@@ -138,7 +138,7 @@ def _soft(record: Recorded, leg: int) -> np.ndarray:
 
 
 def _nearer(record: Recorded, leg: int, by: np.ndarray) -> np.ndarray:
-    """Where the platform's joint of a leg is nearer to the base than its position says, [n], per unit of what `by`
+    """The wrench of a leg's platform joint that is nearer to the base than its position says, per unit of what `by` [n]
     times that unit is in m."""
     change, size = np.zeros_like(record.signals.force), _STEP / np.abs(by).max()
     change[:, leg] = -size * by

@@ -34,7 +34,7 @@ class Closed:
 
     @cached_property
     def balances(self) -> Mapping[str, tuple[WrenchBalance, ...]]:
-        """Of the platform with its joints where they were found, by role."""
+        """The balances of the platform with its joints where they were found, by role."""
         if self.base is not None:
             return self.base.balances
         if self.platform is self.problem.platform:
@@ -77,12 +77,12 @@ class Closed:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Of these; what is left of the fitted records beyond the noise widens it."""
+        """Covariance of the numbers; what is left of the fitted records beyond the noise widens it."""
         return max(1.0, self.squares[FITTED] / self.samples(FITTED)) * self._solved[1]
 
     @cached_property
     def squares(self) -> Mapping[str, float]:
-        """Of what is left over the noise, by role."""
+        """Sum of squares of what is left over the noise, by role."""
         return {role: float(np.sum(self.left(role) ** 2)) for role in self.rows}
 
     def left(self, role: str) -> np.ndarray:
@@ -95,7 +95,7 @@ class Closed:
         return self.rows[role][1].size
 
     def spectrum(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the first held-out record: frequencies [k] Hz, and what is left over the noise at each, chi2 of all six
+        """Spectrum of the first held-out record: frequencies [k] Hz and what is left over the noise, chi2 of all six
         components [k]."""
         f = lines(self.balances[JUDGED][0].wrench, self.problem.period)[0]
         parts = self.left(JUDGED)[: 2 * f.size * len(AXES)].reshape(2, f.size, len(AXES))
@@ -103,7 +103,7 @@ class Closed:
 
     @property
     def chi2(self) -> float:
-        """Of the held-out records."""
+        """The chi2 of the held-out records."""
         return self.squares[JUDGED] / self.samples(JUDGED)
 
     def given(self, effect: WrenchCandidate) -> "Closed":

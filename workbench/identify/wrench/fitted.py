@@ -62,7 +62,7 @@ class WrenchProblem:
 
 
 def wrench_problem(platform: Platform, whole: Sequence[Campaign], judging: bool = True) -> WrenchProblem:
-    """Of the records of each leg [6], whole."""
+    """The problem of the records of each leg [6], whole."""
     signals = {role: tuple(leg_signals(legs) for legs in together(whole, role)) for role in ROLES}
     return WrenchProblem(platform, signals, judging)
 

@@ -55,7 +55,7 @@ class LineNoise:
 
 
 def line_noise(f: np.ndarray, values: np.ndarray) -> LineNoise:
-    """Of lines [k, 6] at rest at frequencies [k], by likelihood of their powers (Whittle). Steps are those of Itakura
+    """Noise of lines [k, 6] at rest at frequencies [k], by likelihood of their powers (Whittle). Steps are of Itakura
     and Saito's distance (Fevotte, Bertin and Durrieu, Neural Computation 21(3), 2009): each makes the likelihood
     greater. What is white is no less than half of what the slowest lines have."""
     shapes, power = _shapes(f), np.abs(values) ** 2

@@ -36,8 +36,8 @@ class LegSignals:
 
 @dataclass(frozen=True, eq=False)
 class PoseTrajectory:
-    """Of a platform at times t [n]: poses, velocities of its origin with its angular velocity along the base axes, and
-    the rates of these, [n, 6] each."""
+    """A platform's motion at times t [n]: poses, velocities of its origin with its angular velocity along the base
+    axes, and the rates of these, [n, 6] each."""
 
     t: np.ndarray
     pose: np.ndarray
@@ -46,7 +46,7 @@ class PoseTrajectory:
 
 
 def leg_signals(records: Sequence[Record], hz: float = PASSES, rows: float = ROWS) -> LegSignals:
-    """Of one record as its six legs, below a frequency, so many `rows` a second at most.
+    """The signals of one record, given as its six legs, below a frequency `hz`, at most `rows` a second.
 
     Accelerations are those of positions: where a joint has play, accelerometers on rods say how these hit it.
     """

@@ -57,7 +57,7 @@ def trace_wrench(problem: WrenchProblem) -> WrenchTrace:
 
 
 def _verdict(start: Closed, after: Closed, tied: Mapping[str, list[str]], deviation: float) -> str:
-    """As of a jack's trace: what is added explains most of the misfit, or nothing is named."""
+    """The verdict by the rule of a jack's trace: what is added explains most of the misfit, or nothing is named."""
     if not rule.misfit(start.chi2, deviation):
         return "none"
     share = rule.explained(start.squares[JUDGED], after.squares[JUDGED], start.samples(JUDGED))

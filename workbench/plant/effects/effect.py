@@ -157,7 +157,7 @@ class Scope:
         return self._known(self._u, name, "input")
 
     def with_numbers(self, values: Mapping[str, ca.SX]) -> "Scope":
-        """The same scope where some numbers of this effect are expressions."""
+        """This scope where some numbers of this effect are expressions."""
         changed = copy(self)
         changed._p = self._p | dict(values)
         return changed

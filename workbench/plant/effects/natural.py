@@ -55,7 +55,7 @@ class NaturalVariable:
 
     @property
     def magnitude(self) -> "NaturalVariable":
-        """The same without its sign."""
+        """This variable without its sign."""
         read = self.read
         return replace(self, word=f"|{self.word}|", small=None, read=lambda value, s: ca.fabs(read(value, s)))
 
@@ -212,7 +212,7 @@ def variable(effect: Effect, word: str) -> NaturalVariable:
 
 
 def at(slot: str, of: NaturalVariable) -> NaturalVariable | None:
-    """The same variable as another slot reads it; None where that one has none."""
+    """The variable as another slot reads it; None where that slot has none."""
     for own in PASSAGES[slot].variables:
         if own.word == of.word.strip("|"):
             return own.magnitude if of.is_magnitude else own

@@ -76,7 +76,7 @@ def slip(force: ca.SX, s: Scope) -> ca.SX:
     numbers=(_SHARE, _K, _DRAG, _GAP),
 )
 def gap_and_slip(force: ca.SX, s: Scope) -> ca.SX:
-    """As slip, after a travel `gap` from where it let go."""
+    """Slip after a travel `gap` from where it let go."""
     return _pushed(force, s, s.p("gap"), 0.0)
 
 

@@ -143,7 +143,7 @@ def _scaled(slot: str, law: Law, of: NaturalVariable, count: int) -> Law:
 
 
 def _plain_level(of: NaturalVariable, count: int) -> int:
-    """Where the plain formula stays: at |q| = 0, or in the middle."""
+    """The level at which the plain formula stays: at |q| = 0, or in the middle."""
     return 0 if of.is_magnitude else (count - 1) // 2
 
 

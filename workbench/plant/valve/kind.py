@@ -15,7 +15,7 @@ from .lands import Lands, PilotFlows, ValveFlows, rated_flow
 
 @dataclass(frozen=True)
 class ProbePoint:
-    """Where a disturbance can be added to one of the valve's equations: the slot, and the input with its SI unit and
+    """A place to add a disturbance to one of the valve's equations: the slot, and the input with its SI unit and
     magnitude. Where it is `against_motion`, the slot passes a force against motion, and the input pushes along it."""
 
     equation: str

@@ -46,7 +46,7 @@ def read_csv(path: Path, chunk: int = CHUNK) -> Source:
 
 
 def read_text(path: Path, opened: Opened, chunk: int = CHUNK, delimiter: str | None = None) -> Source:
-    """The same of text that `opened` gives as bytes, as often as it is asked; `path` is what messages name.
+    """The source of text that `opened` gives as bytes, as often as it is asked; `path` is what messages name.
 
     delimiter: what separates the cells, where that is known.
     """

@@ -41,7 +41,7 @@ class PlatformEffect:
 
     @property
     def label(self) -> str:
-        """As a trace names it: "leg3.joint.play", "payload.flexible"."""
+        """The name in a trace: "leg3.joint.play", "payload.flexible"."""
         return f"leg{self.leg}.{self.name}" if self.leg else self.name
 
 
@@ -83,5 +83,5 @@ def _entry(effect: PlatformEffect) -> dict[str, Any]:
 
 
 def effect_tables(effects: Sequence[PlatformEffect]) -> dict[str, Any]:
-    """As the tables [[effects]] of a platform's file; nothing where there are none."""
+    """The tables [[effects]] of a platform's file; nothing where there are none."""
     return {"effects": [_entry(effect) for effect in effects]} if effects else {}

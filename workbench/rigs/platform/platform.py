@@ -66,8 +66,9 @@ class Leg:
 
 
 def leg_masses(n: Mapping[str, T], length: T) -> tuple[T, T, T]:
-    """Of a leg of numbers n of `LEG` and a length [m], numbers or symbols: the mass mu that it is at its platform joint
-    across itself, kg, how that changes with the length, kg/m, and the mass whose weight that joint carries, kg."""
+    """The masses of a leg, of numbers n of `LEG` and length [m], numbers or symbols: mu, which it is at its platform
+    joint across itself, kg, how that changes with the length, kg/m, and the mass whose weight that joint carries,
+    kg."""
     rod, cylinder, reach = n["rod_mass"], n["cylinder_mass"], length - n["rod_centre"]
     turning = n["cylinder_inertia"] + cylinder * n["cylinder_centre"] ** 2 + n["rod_inertia"]
     mu = (turning + rod * reach**2) / length**2
@@ -98,7 +99,7 @@ class Platform:
 
     @cached_property
     def geometry(self) -> Geometry:
-        """Where its joints are."""
+        """The places of its joints."""
         base, joints = (np.array([getattr(leg, end) for leg in self.legs]) for end in ("base", "joint"))
         return Geometry(base, joints, self["height"])
 
@@ -165,7 +166,7 @@ class Platform:
         return {key: replace(n, value=float(values.get(key, n.value))) for key, n in numbers.items()}
 
     def table(self) -> dict[str, Any]:
-        """As tables, every number in SI with its source; for reports and for the identity of a run."""
+        """Tables of every number in SI with its source, for reports and for the identity of a run."""
         legs = [
             {"base": list(leg.base), "joint": list(leg.joint), "rig": leg.rig.table()}
             | {name: number_entry(number) for name, number in leg.numbers.items()}
