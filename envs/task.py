@@ -40,7 +40,7 @@ from typing import Any, get_args
 
 from workbench.base.errors import InputError, nearest
 from workbench.base.signals import SIGNALS
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.base.toml import read_toml
 from workbench.base.units import Spec
 from workbench.rigs.rig import Rig
@@ -129,7 +129,7 @@ def load_task(name: str | Path, loop: str) -> Task:
     return task
 
 
-def _read(top: Table, path: Path) -> Task:
+def _read(top: ConfigTable, path: Path) -> Task:
     loop = top.word("loop", LOOPS)
     unit = SIGNALS[loop].si
     observation = top.table("observation", "observes", "error")
@@ -152,7 +152,7 @@ def _read(top: Table, path: Path) -> Task:
     return task
 
 
-def _references(table: Table, unit: str) -> tuple[tuple[float, Family], ...]:
+def _references(table: ConfigTable, unit: str) -> tuple[tuple[float, Family], ...]:
     families = []
     for name in table:
         kind = FAMILIES[name]
@@ -164,7 +164,7 @@ def _references(table: Table, unit: str) -> tuple[tuple[float, Family], ...]:
     return tuple(families)
 
 
-def _drawn(part: Table, entry: "Field[Any]", signal: str) -> int | Range:
+def _drawn(part: ConfigTable, entry: "Field[Any]", signal: str) -> int | Range:
     if entry.type is int:
         return part.count(entry.name)
     (unit,) = get_args(entry.type)[1:]
@@ -172,7 +172,7 @@ def _drawn(part: Table, entry: "Field[Any]", signal: str) -> int | Range:
     return Range(*part.range(entry.name, unit.replace("signal", signal), above=least_above))
 
 
-def _positive(table: Table, key: str, si: str) -> float:
+def _positive(table: ConfigTable, key: str, si: str) -> float:
     """A quantity above 0, in SI."""
     value = table.quantity(key, Spec(si, 0.0, math.inf, ""))
     if value == 0:
@@ -180,7 +180,7 @@ def _positive(table: Table, key: str, si: str) -> float:
     return value
 
 
-def _reward(table: Table, unit: str) -> Reward:
+def _reward(table: ConfigTable, unit: str) -> Reward:
     def weight(key: str, si: str, power: int) -> float:
         part = table.table(key, "weight", "per", "unit")
         part.positive("per")
@@ -194,7 +194,7 @@ def _reward(table: Table, unit: str) -> Reward:
     )
 
 
-def _specimen(table: Table) -> SpecimenDraw:
+def _specimen(table: ConfigTable) -> SpecimenDraw:
     end = table.table("end", "travel", "frequency") if "end" in table else None
     return SpecimenDraw(
         stiffness=Range(*table.range("stiffness", "N/m", above=0.0)),
@@ -203,11 +203,11 @@ def _specimen(table: Table) -> SpecimenDraw:
     )
 
 
-def _motion(end: Table) -> SpecimenMotion:
+def _motion(end: ConfigTable) -> SpecimenMotion:
     return SpecimenMotion(Range(*end.range("travel", "m")), Range(*end.range("frequency", "Hz", above=0.0)))
 
 
-def _check(task: Task, top: Table) -> None:
+def _check(task: Task, top: ConfigTable) -> None:
     """What no single key can tell."""
     rig = task.rig
     if task.steps < 1:

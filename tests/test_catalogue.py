@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.commands.list.catalogue import KINDS, listing, listing_text
 from workbench.commands.show.describe import describe, describe_text
 from workbench.control.controller_spec import controller_spec
@@ -47,7 +47,7 @@ def test_controllers_are_found_by_their_files_and_can_be_used():
         middle = {n["name"]: _possible(n) for n in row["numbers"] if n["default"] is None}
         given = {"use": row["use"], **middle}
         plain = {"use": "controllers.p:P", "gain": {"value": 1, "unit": "1/m"}, "compensators": [given]}
-        assert controller_spec(name, Table(given if row["kind"] == "controller" else plain, "here")).name == name
+        assert controller_spec(name, ConfigTable(given if row["kind"] == "controller" else plain, "here")).name == name
 
 
 def _possible(number: Mapping[str, Any]) -> Any:

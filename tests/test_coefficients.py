@@ -11,7 +11,7 @@ from test_controllers import CONTROLLERS, EXPERIMENTS, PERIOD, PRESSURE, make, s
 from test_law import Network
 
 from workbench.base.errors import InputError
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.cli import main
 from workbench.commands.run.config import load_config
 from workbench.control.controller_spec import controller_spec
@@ -77,7 +77,7 @@ SHAPING = {"use": "controllers.shaping:Shaping", "corner": (20, "Hz")}
 def around(name, *compensators):
     """A controller with these compensators instead of its own."""
     numbers = spelled({**CONTROLLERS[name], "compensators": list(compensators)})
-    return controller_spec(name, Table(numbers, name)).build(PERIOD)
+    return controller_spec(name, ConfigTable(numbers, name)).build(PERIOD)
 
 
 @pytest.mark.parametrize("after", [(), (SHAPING,), (DITHER, SHAPING)], ids=["", "shaped", "dithered"])

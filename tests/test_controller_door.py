@@ -14,7 +14,7 @@ import controllers
 from controllers import Mpc, P, PressureFeedback, Switched
 from controllers.p import P as Law
 from workbench.base.errors import InputError
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.control.controller_spec import controller_spec
 from workbench.control.controller_type import controller
 
@@ -63,7 +63,7 @@ def test_a_controller_with_units_is_the_one_of_a_config():
             }
         ],
     }
-    read = controller_spec("p", Table(table, "here"))
+    read = controller_spec("p", ConfigTable(table, "here"))
     assert (ours.design, ours.compensators[0].design) == (read.design, read.compensators[0].design)
     assert ours.name == "p+pressure-feedback"
     assert repr(ours) == "P(gain=3.7 1/m) + PressureFeedback(gain=2.15e-09 1/Pa, corner=0.25 Hz)"
@@ -113,7 +113,7 @@ def test_a_law_lists_its_numbers():
 def test_a_law_in_a_file_of_ones_own(tmp_path: Path, monkeypatch):
     (tmp_path / "mine.py").write_text(OWN)
     table = {"use": "mine.py:Law", "gain": {"value": 2.0, "unit": "1/m"}}
-    read = controller_spec("mine", Table(table, "here"), tmp_path)
+    read = controller_spec("mine", ConfigTable(table, "here"), tmp_path)
     assert read.use == f"{tmp_path}/mine.py:Law"
     assert np.allclose(read.build(PERIOD).linear().D, [[2.0, -2.0]])
     monkeypatch.chdir(tmp_path)
@@ -136,7 +136,7 @@ def test_a_file_that_does_not_run_is_refused_in_one_line(tmp_path, text, message
     if text is not None:
         (tmp_path / "mine.py").write_text(text)
     with pytest.raises(InputError, match=r'^here: use = "/.*/mine\.py:Law"') as caught:
-        controller_spec("mine", Table({"use": "mine.py:Law"}, "here"), tmp_path)
+        controller_spec("mine", ConfigTable({"use": "mine.py:Law"}, "here"), tmp_path)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -11,7 +11,7 @@ from hypothesis import given, strategies as st
 
 from workbench.base.errors import InputError
 from workbench.base.signals import SIGNALS
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.base.units import to_si
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.config import load_config
@@ -76,7 +76,7 @@ def spelled(numbers):
 
 
 def make(name):
-    return controller_spec(name, Table(table(name), name)).build(PERIOD)
+    return controller_spec(name, ConfigTable(table(name), name)).build(PERIOD)
 
 
 every = pytest.mark.parametrize("name", CONTROLLERS)
@@ -100,7 +100,7 @@ def at_rest(measures):
 
 @every
 def test_it_says_what_it_is(name):
-    controller, design = make(name), controller_spec(name, Table(table(name), name)).design
+    controller, design = make(name), controller_spec(name, ConfigTable(table(name), name)).design
     assert type(controller).__doc__
     assert set(controller.measures) <= set(SIGNALS)
     for entry in fields(design):
@@ -231,7 +231,11 @@ def test_pid_lead_is_its_docstring(where, design, lead):
     numbers = {"gain": (gain, "1/m"), "integral_time": (ti, "s"), "derivative_time": (td, "s")}
     numbers |= {"derivative_filter": (n, "1"), "lead_time": (t, "s"), "lead_ratio": (a, "1")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    law = controller_spec("x", Table({"use": "controllers.pid_lead:PidLead", **entries}, "x")).build(PERIOD).linear()
+    law = (
+        controller_spec("x", ConfigTable({"use": "controllers.pid_lead:PidLead", **entries}, "x"))
+        .build(PERIOD)
+        .linear()
+    )
     z = np.exp(2j * np.pi * where)
     s = 2 / PERIOD * (z - 1) / (z + 1)
     wanted = gain * (1 + 1 / (ti * s) + td * s / (td / n * s + 1)) * (1 + t * s) / (1 + t * s / a)
@@ -256,7 +260,9 @@ def test_p_is_its_docstring():
 def test_pid_lead_stays_finite_against_a_limit_for_every_allowed_design(derivative_time):
     numbers = {"gain": (1.0, "1/m"), "integral_time": (0.01, "s"), "derivative_time": (derivative_time, "s")}
     entries = {key: {"value": value, "unit": unit} for key, (value, unit) in numbers.items()}
-    controller = controller_spec("x", Table({"use": "controllers.pid_lead:PidLead", **entries}, "x")).build(PERIOD)
+    controller = controller_spec("x", ConfigTable({"use": "controllers.pid_lead:PidLead", **entries}, "x")).build(
+        PERIOD
+    )
     controller.reset(0.0, {"position": 0.0}, 0.0)
     for _ in range(2000):
         drive(controller, 1.0, {"position": 0.0}, 0.1)
@@ -294,23 +300,23 @@ GOOD = {"use": "controllers.p:P", "gain": {"value": 0.24, "unit": "1/m"}}
 )
 def test_a_mistake_in_a_config_is_named(change, message):
     with pytest.raises(InputError, match=r"^here: .*" + re.escape(message)) as caught:
-        controller_spec("p", Table(GOOD | change, "here"))
+        controller_spec("p", ConfigTable(GOOD | change, "here"))
     assert "\n" not in str(caught.value)
 
 
 def test_a_missing_number_is_named():
     with pytest.raises(InputError, match=re.escape("here: gain: missing (command per position error, in 1/m)")):
-        controller_spec("p", Table({"use": "controllers.p:P"}, "here"))
+        controller_spec("p", ConfigTable({"use": "controllers.p:P"}, "here"))
 
 
 @pytest.mark.parametrize("use", ["math:pi", "controllers.p:Mapping", ":P", ".p:P"])
 def test_what_is_no_controller_is_refused(use):
     with pytest.raises(InputError, match=r"^here: use = ") as caught:
-        controller_spec("p", Table({"use": use}, "here"))
+        controller_spec("p", ConfigTable({"use": use}, "here"))
     assert "\n" not in str(caught.value)
 
 
 def test_design_numbers_are_si():
-    read = controller_spec("p", Table({"use": "controllers.p:P", "gain": "0.24e-3 1/mm"}, "here"))
+    read = controller_spec("p", ConfigTable({"use": "controllers.p:P", "gain": "0.24e-3 1/mm"}, "here"))
     assert read.design.gain == pytest.approx(0.24)
     assert (read.name, read.use) == ("p", "controllers.p:P")

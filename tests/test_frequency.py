@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from workbench.base.errors import InputError
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.frequency.config import FrequencyTask, load
 from workbench.commands.frequency.study import _linear, run_frequency
@@ -271,7 +271,7 @@ def test_a_campaign_lists_sheets(tmp_path):
     (tmp_path / "maker.csv").write_text(SHEET)
     file = tmp_path / "campaign.toml"
     entry = {"file": "maker.csv", "input": "current", "output": "pilot_spool", "amplitude": 5}
-    sheet = listed_sheet(Table(entry, str(file)), tmp_path)
+    sheet = listed_sheet(ConfigTable(entry, str(file)), tmp_path)
     assert (sheet.input, sheet.output, sheet.amplitude) == ("current", "pilot_spool", pytest.approx(5e-3))
     for entry, words in (
         ({"file": "maker.csv", "ampl": 1}, 'did you mean "amplitude"'),
@@ -280,9 +280,9 @@ def test_a_campaign_lists_sheets(tmp_path):
         ({"file": "maker.csv", "input": "comand", "amplitude": 1}, 'did you mean "command"'),
     ):
         with pytest.raises(InputError, match=words):
-            listed_sheet(Table(entry, str(file)), tmp_path)
+            listed_sheet(ConfigTable(entry, str(file)), tmp_path)
     with pytest.raises(InputError, match=r"must be a list of tables; write \[\[sheets\]\]"):
-        Table({"sheets": ["maker.csv"]}, str(file)).tables("sheets")
+        ConfigTable({"sheets": ["maker.csv"]}, str(file)).tables("sheets")
 
 
 def test_the_paper_s_corner_is_a_sheet(tmp_path):

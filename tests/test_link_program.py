@@ -19,7 +19,7 @@ from test_controllers import EXPERIMENTS
 
 import controllers
 from controllers import AmplitudePhase, Dither, P, Policy
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.commands.coefficients.folder import leave_laws
 from workbench.commands.coefficients.laws import exported
 from workbench.commands.common.step_experiment import load_steps
@@ -62,7 +62,7 @@ def config_of(source):
     config = load_steps(EXPERIMENTS / "position_policy.toml")
     network = config.controllers[0].compensators[-1].design.network
     specs = (
-        controller_spec("automatic", Table(tomllib.loads(text_of("benchmark"))["controllers"]["automatic"], "")),
+        controller_spec("automatic", ConfigTable(tomllib.loads(text_of("benchmark"))["controllers"]["automatic"], "")),
         Policy(network=replace(network, limit=1.0)),
         P(gain=3.0) + Dither(amplitude=0.03, frequency=170.0),
         P(gain=3.0) + AmplitudePhase(frequency=20.0, gain=0.5, phase=-80.0, gain3=0.1, phase3=-170.0),

@@ -14,7 +14,7 @@ FOLDERS = sorted(
 TREES = {path: ast.parse(path.read_text("utf-8")) for folder in FOLDERS for path in folder.glob("*.py")}
 TWICE = {  # class names that still mean several things: this set may only shrink
     *("Carried", "Check", "Envelope", "Expected", "Found", "Instants", "Lanes", "Limits", "Motion", "Played"),
-    *("Run", "Sines", "Table", "Task"),
+    *("Run", "Sines", "Task"),
 }
 UNREAD = {"commands", "control", "link", "loop", "envs"}  # rooms whose docstrings may still begin with "Of": as above
 OF_A_COMMAND = {"options", "config", "study", "page"}  # which workbench/commands/__init__.py explains once for all

@@ -12,7 +12,7 @@ from controllers import ForceLag, LapInverse, P, PidLead, PressureFeedback, Shap
 from controllers.force_lag import ForceLag as LagClass
 from controllers.pressure import PressureFeedback as PressureClass
 from workbench.base.errors import InputError
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.control.controller_spec import controller_spec
 from workbench.control.export import coefficients
 from workbench.control.measured_stiffness import StiffnessMeter
@@ -175,4 +175,4 @@ def test_sections_ask_for_one_stiffness():
 )
 def test_a_range_that_is_none_is_refused(keys, message):
     with pytest.raises(InputError, match=message):
-        controller_spec("p", Table({"use": "controllers.p:P", "gain": "3 1/m", **keys}, "here"))
+        controller_spec("p", ConfigTable({"use": "controllers.p:P", "gain": "3 1/m", **keys}, "here"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controllers.switched import Switched
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.control.controller_spec import controller_spec
 from workbench.engine import Engine
 from workbench.linear import equilibrium
@@ -29,8 +29,8 @@ INTEGRATING = {
 
 def switched():
     loops = {
-        "position": controller_spec("position", Table(LOOP, "position")),
-        "force": controller_spec("force", Table(INTEGRATING, "force")),
+        "position": controller_spec("position", ConfigTable(LOOP, "position")),
+        "force": controller_spec("force", ConfigTable(INTEGRATING, "force")),
     }
     return Switched({name: loop.build(PERIOD) for name, loop in loops.items()}, "position", FADE, PERIOD)
 
@@ -77,7 +77,10 @@ def test_a_moving_jack_is_taken_over_and_stopped(held):
     free = rig.with_values(ks=0.0, cs=0.0)
     engine = Engine(build(free))
     controller = Switched(
-        {name: controller_spec(name, Table(LOOP, name)).build(PERIOD) for name in ("one", "other")}, "one", FADE, PERIOD
+        {name: controller_spec(name, ConfigTable(LOOP, name)).build(PERIOD) for name in ("one", "other")},
+        "one",
+        FADE,
+        PERIOD,
     )
     loop = SampledLoop(engine, free, controller, equilibrium(engine.plant))
     moving = loop.run(0.1 * PERIOD * np.arange(600))
@@ -91,7 +94,7 @@ def test_a_moving_jack_is_taken_over_and_stopped(held):
 def test_its_linear_view_is_that_of_the_controller_in_charge():
     controller = switched()
     assert controller.measures == ("position", "pa", "pb", "force")
-    asked = controller_spec("force", Table(INTEGRATING, "force")).build(PERIOD).linear()
+    asked = controller_spec("force", ConfigTable(INTEGRATING, "force")).build(PERIOD).linear()
     controller.select("force")
     law = controller.linear()
     assert controller.measures == ("force", "pa", "pb", "position")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 from unittest.mock import patch
 
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.base.units import Spec
 
 Path: TypeAlias = tuple[str, ...]
@@ -69,8 +69,8 @@ def watched() -> Iterator[dict[str, Readings]]:
     watch = _Watch()
     with ExitStack() as stack:
         for name, words in _WORDS.items():
-            stack.enter_context(patch.object(Table, name, watch.asking(getattr(Table, name), words)))
-        stack.enter_context(patch.object(Table, "allow", watch.allowing(Table.allow)))
+            stack.enter_context(patch.object(ConfigTable, name, watch.asking(getattr(ConfigTable, name), words)))
+        stack.enter_context(patch.object(ConfigTable, "allow", watch.allowing(ConfigTable.allow)))
         yield watch.documents
 
 
@@ -85,7 +85,7 @@ class _Watch:
         """In the place of a method that gives a key's value."""
         parameters = inspect.signature(method)
 
-        def asked(table: Table, *args: Any, **named: Any) -> Any:
+        def asked(table: ConfigTable, *args: Any, **named: Any) -> Any:
             if self._inside:
                 return method(table, *args, **named)
             bound = parameters.bind(table, *args, **named)
@@ -99,23 +99,23 @@ class _Watch:
 
         return asked
 
-    def allowing(self, method: Callable[..., Table]) -> Callable[..., Table]:
+    def allowing(self, method: Callable[..., ConfigTable]) -> Callable[..., ConfigTable]:
         """In the place of `allow`."""
 
-        def allow(table: Table, *known: str) -> Table:
+        def allow(table: ConfigTable, *known: str) -> ConfigTable:
             self._of(table).allowed.setdefault(without_places(table.place.path), set()).update(known)
             return method(table, *known)
 
         return allow
 
-    def _note(self, table: Table, arguments: Arguments, words: Callable[[Arguments], str]) -> None:
+    def _note(self, table: ConfigTable, arguments: Arguments, words: Callable[[Arguments], str]) -> None:
         readings, key = self._of(table), arguments["key"]
         if key in table.values:
             spec = arguments.get("spec")
             path = (*without_places(table.place.path), key)
             readings.asked.setdefault(path, (words(arguments), spec.meaning if spec else ""))
 
-    def _of(self, table: Table) -> Readings:
+    def _of(self, table: ConfigTable) -> Readings:
         """What is known of a table's document."""
         readings = self.documents.setdefault(table.place.document, Readings())
         if not readings.lines:

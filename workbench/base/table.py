@@ -42,7 +42,7 @@ class TableLocation:
         return ": ".join(parts)
 
 
-class Table:
+class ConfigTable:
     """Gives values by key. A missing, unknown or impossible one raises InputError.
 
     A method with a `default` returns it for a key that is not there; without one the key must be there.
@@ -63,16 +63,16 @@ class Table:
     def __len__(self) -> int:
         return len(self.values)
 
-    def allow(self, *known: str) -> "Table":
+    def allow(self, *known: str) -> "ConfigTable":
         """This table; raises InputError for a key that is not `known`, naming the nearest one."""
         for key in self.values:
             if key not in known:
                 raise self.complaint(key, f"unknown key; {nearest(key[:80], known)}")
         return self
 
-    def replaced(self, values: Mapping[str, Any]) -> "Table":
+    def replaced(self, values: Mapping[str, Any]) -> "ConfigTable":
         """Other values in the same place."""
-        return Table(values, self.place)
+        return ConfigTable(values, self.place)
 
     def complaint(self, key: str, what: str) -> InputError:
         """An error about a key of this table."""
@@ -95,22 +95,22 @@ class Table:
         except InputError as error:
             raise self.complaint(key, str(error)) from None
 
-    def table(self, key: str, *known: str) -> "Table":
+    def table(self, key: str, *known: str) -> "ConfigTable":
         """A table in here, in which only the `known` keys are allowed, where any are named."""
         header = ".".join(_shown(part) for part in self.place.inside(key).path if isinstance(part, str))
         return self._as_table(self._get(key, f"add a table [{header}]"), key, f"write [{header}]", *known)
 
-    def optional_table(self, key: str, *known: str) -> "Table":
+    def optional_table(self, key: str, *known: str) -> "ConfigTable":
         """The table of a key, empty where it is not there."""
-        return self.table(key, *known) if key in self else Table({}, self.place.inside(key))
+        return self.table(key, *known) if key in self else ConfigTable({}, self.place.inside(key))
 
-    def tables(self, key: str, *known: str) -> list["Table"]:
+    def tables(self, key: str, *known: str) -> list["ConfigTable"]:
         """A list of tables, empty where it is not there."""
         entries = self.values.get(key, [])
         if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
             header = ".".join(str(part) for part in self.place.inside(key).path if isinstance(part, str))
             raise self.complaint(key, f"must be a list of tables; write [[{header}]]")
-        return [Table(entry, self.place.inside(key, i), *known) for i, entry in enumerate(entries)]
+        return [ConfigTable(entry, self.place.inside(key, i), *known) for i, entry in enumerate(entries)]
 
     def text(self, key: str, default: str | None = None) -> str:
         """Words; where they are needed, not empty."""
@@ -228,10 +228,10 @@ class Table:
             raise self.complaint(key, f"{missing}; {hint}")
         return self.values.get(key, default)
 
-    def _as_table(self, value: Any, key: str, hint: str, *known: str) -> "Table":
+    def _as_table(self, value: Any, key: str, hint: str, *known: str) -> "ConfigTable":
         if not isinstance(value, Mapping):
             raise self._misfit(key, f"must be a table; {hint}")
-        return Table(value, self.place.inside(key), *known)
+        return ConfigTable(value, self.place.inside(key), *known)
 
     def _in_si(self, key: str, value: float, si: str) -> float:
         if not isinstance(self.values.get("unit"), str):

@@ -9,7 +9,7 @@ from typing import Any
 from .errors import InputError, short_path
 from .files import MEBIBYTE, read_bytes
 from .key_lines import key_lines
-from .table import Table, TableLocation
+from .table import ConfigTable, TableLocation
 
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column \d+|end of document)\)$")
 _LONG_NUMBER = re.compile(r"[0-9_]{1000,}")
@@ -19,7 +19,7 @@ _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP_KEY = re.compile(rf"(?<![A-Za-z0-9_\"'-]){_PART}(?:\.[ \t]*+{_PART}){{{_DEEPEST}}}")
 
 
-def read_toml(path: str | Path, shown: str | None = None) -> Table:
+def read_toml(path: str | Path, shown: str | None = None) -> ConfigTable:
     """The document of a TOML file, UTF-8 with or without a byte-order mark; messages name it `shown`.
 
     Raises InputError, "file: line N: ...", for a missing file, a folder, a wrong encoding, bad syntax, what is nested
@@ -29,7 +29,7 @@ def read_toml(path: str | Path, shown: str | None = None) -> Table:
     shown = short_path(path) if shown is None else shown
     text = _text(path, shown)
     place = TableLocation(shown, (), cache(lambda: key_lines(text)))
-    return Table(_checked(_parsed(text, shown), place), place)
+    return ConfigTable(_checked(_parsed(text, shown), place), place)
 
 
 def _checked(values: dict[str, Any], place: TableLocation) -> dict[str, Any]:

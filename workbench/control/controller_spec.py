@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec
 from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
@@ -153,7 +153,7 @@ def _entry(value: Any, entry: Field[Any]) -> str:
     return f"{entry.name}={value:g} {entry.metadata['unit']}" if is_number(entry) else str(value)
 
 
-def controller_spec(name: str, table: Table, beside: Path | None = None) -> ControllerSpec:
+def controller_spec(name: str, table: ConfigTable, beside: Path | None = None) -> ControllerSpec:
     """The controller of a table with `use = "module:Class"` and its design numbers, `{value, unit}` or "3.7 1/m".
 
     `use = "file.py:Class"` names a file from the folder `beside`, that of the experiment (else the current one).
@@ -167,7 +167,7 @@ def controller_spec(name: str, table: Table, beside: Path | None = None) -> Cont
     return replace(_part(table.named(name), table.replaced(own), Controller, beside), compensators=around, **numbers)
 
 
-def _check_range(table: Table, numbers: Mapping[str, float]) -> None:
+def _check_range(table: ConfigTable, numbers: Mapping[str, float]) -> None:
     """Raises InputError for a range of stiffnesses that is none, or that stands alone."""
     given = [key for key in ("softest", "stiffest") if key in numbers]
     if len(given) == 1 or (given and "stiffness" not in numbers):
@@ -177,7 +177,7 @@ def _check_range(table: Table, numbers: Mapping[str, float]) -> None:
         raise table.complaint("softest", "must be below stiffest")
 
 
-def _part(name: str, table: Table, kind: type, beside: Path | None) -> ControllerSpec:
+def _part(name: str, table: ConfigTable, kind: type, beside: Path | None) -> ControllerSpec:
     """A controller or a compensator, by itself."""
     use, what = table.values.get("use"), kind.__name__.lower()
     if not isinstance(use, str) or ":" not in use:
@@ -200,7 +200,7 @@ def design_class(law: Any, where: str, what: str = "controller") -> type:
     return design
 
 
-def read_numbers(kind: type[T], table: Table, beside: Path | None = None) -> T:
+def read_numbers(kind: type[T], table: ConfigTable, beside: Path | None = None) -> T:
     """A dataclass of `number` fields from a table of `{value, unit}` or text such as "10 mm"; what is in a file is read
     from the folder `beside`. Raises InputError."""
     known = {entry.name: entry for entry in fields(cast(Any, kind))}
@@ -209,7 +209,7 @@ def read_numbers(kind: type[T], table: Table, beside: Path | None = None) -> T:
     return kind(**{key: _value(table, entry, beside or Path()) for key, entry in needed.items()})
 
 
-def _value(table: Table, entry: Field[Any], beside: Path) -> Any:
+def _value(table: ConfigTable, entry: Field[Any], beside: Path) -> Any:
     if is_number(entry):
         return _number(table, entry)
     given = table.values.get(entry.name)
@@ -217,7 +217,7 @@ def _value(table: Table, entry: Field[Any], beside: Path) -> Any:
     return table.path(entry.name, beside, entry.metadata["suffix"]) if by_name else given
 
 
-def _number(table: Table, entry: Field[Any]) -> float:
+def _number(table: ConfigTable, entry: Field[Any]) -> float:
     """The SI number of a field, within its bounds."""
     return table.quantity(entry.name, Spec(**entry.metadata))
 

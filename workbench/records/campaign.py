@@ -14,7 +14,7 @@ import numpy as np
 from ..base.errors import InputError, echo, nearest
 from ..base.files import read_bytes
 from ..base.signals import FURTHER_INPUTS, MEASURED, SIGNALS
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.toml import read_toml
 from ..base.units import Spec
 from .columns import HELD, LINEAR, ColumnMap
@@ -217,22 +217,22 @@ class _Reading:
         return record if rows <= 1 else centred_means(record, rows)
 
 
-def _late(top: Table) -> float:
+def _late(top: ConfigTable) -> float:
     """How late commands act after the rows that log them, where these were sampled before."""
     return (
         top.quantity("late", Spec("s", 0.0, 1.0, "time from a row to its command's effect")) if "late" in top else 0.0
     )
 
 
-def _mean(top: Table) -> float | None:
+def _mean(top: ConfigTable) -> float | None:
     return top.quantity("mean", Spec("s", 1e-6, 1e3, "time over which rows are averaged")) if "mean" in top else None
 
 
-def _rig(top: Table, folder: Path) -> str:
+def _rig(top: ConfigTable, folder: Path) -> str:
     return str(top.path("rig", folder, ".toml")) if top.text("rig").endswith(".toml") else top.text("rig")
 
 
-def _mapped(table: Table, name: str) -> ColumnMap:
+def _mapped(table: ConfigTable, name: str) -> ColumnMap:
     if name == "t" and "period" in table:
         table.allow("period")
         return ColumnMap(period=table.quantity("period", Spec("s", 1e-6, 1e3, "time from row to row")))
@@ -246,14 +246,14 @@ def _mapped(table: Table, name: str) -> ColumnMap:
     return ColumnMap(column, unit, scale, _clip(table) if "clip" in table else None, to, offset, between=between)
 
 
-def _clip(table: Table) -> tuple[float, float]:
+def _clip(table: ConfigTable) -> tuple[float, float]:
     clip = table.numbers("clip", "[low, high]")
     if len(clip) != 2 or not clip[0] < clip[1]:
         raise table.complaint("clip", "must be [low, high] in the column's unit")
     return clip[0], clip[1]
 
 
-def _entries(records: Table, judged: bool) -> dict[str, list[_Entry]]:
+def _entries(records: ConfigTable, judged: bool) -> dict[str, list[_Entry]]:
     entries = {role: _listed(records, role) for role in ROLES}
     if judged and not entries["heldout"]:
         raise records.complaint("heldout", 'none; keep one record from the fit: heldout = ["..."]')
@@ -264,7 +264,7 @@ def _entries(records: Table, judged: bool) -> dict[str, list[_Entry]]:
     return entries
 
 
-def _check_copies(records: Table, entries: Mapping[str, list[_Entry]], folder: Path) -> None:
+def _check_copies(records: ConfigTable, entries: Mapping[str, list[_Entry]], folder: Path) -> None:
     """Raises InputError for samples that are there again under another name or in another role: repeats that differ by
     nothing make the noise floor 0. A part of a record that moves may be the rest."""
     files = [(role, entry, _content(folder / entry.file)) for role in entries for entry in entries[role]]
@@ -274,7 +274,9 @@ def _check_copies(records: Table, entries: Mapping[str, list[_Entry]], folder: P
             raise records.complaint(again, f"{copy.file} has the samples of {entry.file} in {role}; list them once")
 
 
-def _check_alike(listed: Table, entries: Mapping[str, list[_Entry]], records: Mapping[str, Sequence[Record]]) -> None:
+def _check_alike(
+    listed: ConfigTable, entries: Mapping[str, list[_Entry]], records: Mapping[str, Sequence[Record]]
+) -> None:
     """Raises InputError for moving records of two files that have the same samples, whatever their format."""
     moving = [
         (role, entry.file, record)
@@ -300,7 +302,7 @@ def _content(path: Path) -> str:
     return sha256(read_bytes(path, kind="record")).hexdigest()
 
 
-def _listed(records: Table, role: str) -> list[_Entry]:
+def _listed(records: ConfigTable, role: str) -> list[_Entry]:
     """A role's files, or parts of them."""
     items = records.values.get(role, [])
     if not isinstance(items, list):
@@ -312,14 +314,14 @@ def _listed(records: Table, role: str) -> list[_Entry]:
     return entries
 
 
-def _entry(records: Table, role: str, item: Any) -> _Entry:
+def _entry(records: ConfigTable, role: str, item: Any) -> _Entry:
     if isinstance(item, str) and item:
         return _Entry(item)
     if not isinstance(item, Mapping):
         hint = 'write "a.csv" or {file = "a.csv", from = 0.0, to = 0.1}'
         raise records.complaint(role, f"{echo(item)} is no record; {hint}")
     place = records.place.inside(role, records.values[role].index(item))
-    part = Table(item, place, "file", "from", "to", *FURTHER_INPUTS)
+    part = ConfigTable(item, place, "file", "from", "to", *FURTHER_INPUTS)
     file = part.text("file")
     start, stop = (part.number(key) if key in part else None for key in ("from", "to"))
     if start is not None and stop is not None and not start < stop:
@@ -329,7 +331,7 @@ def _entry(records: Table, role: str, item: Any) -> _Entry:
     return _Entry(file, start, stop, tuple(constants))
 
 
-def _check_mapped(signals: Table, mapping: Mapping[str, ColumnMap], records: list[Record]) -> None:
+def _check_mapped(signals: ConfigTable, mapping: Mapping[str, ColumnMap], records: list[Record]) -> None:
     present = {name for record in records for name in ("t", *record.names)}
     for name, mapped in mapping.items():
         if name not in present:

@@ -7,7 +7,7 @@ from datetime import date
 from pathlib import Path
 
 from ..base.errors import InputError, echo
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.toml import read_toml
 from ..base.units import Spec
 from .campaign import FILE, Campaign, load_campaign
@@ -87,7 +87,7 @@ def _of_one_campaign(folder: Path) -> tuple[list[DatedSession], list[str]]:
     return found, left_out
 
 
-def _session(name: str, table: Table, load: Callable[[], Campaign]) -> DatedSession:
+def _session(name: str, table: ConfigTable, load: Callable[[], Campaign]) -> DatedSession:
     remark = table.text("remark", "")
     key = "oil_temperature" if "oil_temperature" in table else "temperature"
     return DatedSession(
@@ -101,7 +101,7 @@ def _session(name: str, table: Table, load: Callable[[], Campaign]) -> DatedSess
     )
 
 
-def _day(name: str, table: Table) -> date:
+def _day(name: str, table: ConfigTable) -> date:
     written = str(table.values.get("date", "")) or name
     match = _DATE.search(written)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS, output_signal
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import from_si, to_si
 from .table import DataTable, open_table
 
@@ -87,7 +87,7 @@ def _response(sheet: "Columns", si: str | None) -> tuple[np.ndarray, np.ndarray]
     return f, gain * np.exp(1j * sheet.values("phase", "rad"))
 
 
-def listed_sheet(entry: Table, folder: Path) -> FrequencySheet:
+def listed_sheet(entry: ConfigTable, folder: Path) -> FrequencySheet:
     """One of the `[[sheets]]` of a campaign file: file, input, output, amplitude (in the unit of the input: 1, mA,
     mm)."""
     entry.allow("file", "input", "output", "amplitude")

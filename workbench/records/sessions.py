@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from ..base.errors import echo
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec
 
 RECORD, REPEAT = PER = "record", "repeat"
@@ -37,7 +37,7 @@ class Drift:
     per: str
 
 
-def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str]) -> tuple[DeclaredSession, ...]:
+def read_sessions(tables: ConfigTable, files: Mapping[str, str], train: Sequence[str]) -> tuple[DeclaredSession, ...]:
     """The tables [sessions.NAME]; `files` are the files of the records that move, by name, `train` those fitted.
 
     Raises InputError for a bad key, a pattern that no record matches, a record of two sessions, and a number that no
@@ -57,7 +57,7 @@ def read_sessions(tables: Table, files: Mapping[str, str], train: Sequence[str])
     return sessions
 
 
-def read_drifts(tables: Table, files: Mapping[str, str]) -> tuple[Drift, ...]:
+def read_drifts(tables: ConfigTable, files: Mapping[str, str]) -> tuple[Drift, ...]:
     """The tables [drifts.NAME]; records in the order of the patterns. Raises InputError for a bad key or pattern."""
     drifts = []
     for name in tables:
@@ -67,13 +67,13 @@ def read_drifts(tables: Table, files: Mapping[str, str]) -> tuple[Drift, ...]:
     return tuple(drifts)
 
 
-def _session(table: Table, name: str, files: Mapping[str, str]) -> DeclaredSession:
+def _session(table: ConfigTable, name: str, files: Mapping[str, str]) -> DeclaredSession:
     table.allow("records", "numbers", "temperature", *DATED)
     temperature = table.quantity("temperature", _OIL) if "temperature" in table else None
     return DeclaredSession(name, _records(table, files), table.words("numbers", "K3", ()), temperature)
 
 
-def _records(table: Table, files: Mapping[str, str]) -> tuple[str, ...]:
+def _records(table: ConfigTable, files: Mapping[str, str]) -> tuple[str, ...]:
     """The records that match a pattern, pattern by pattern."""
     patterns = table.words("records", "warm_*")
     for pattern in patterns:

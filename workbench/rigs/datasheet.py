@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..base.signals import SIGNALS
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.toml import read_toml
 from ..base.units import Spec, from_si, to_si, usual_unit
 from . import schema
@@ -213,7 +213,7 @@ def _in_digits(value: float, unit: str, si: str) -> float:
     return float(to_si(float(f"{from_si(value, unit, si):.{_DIGITS}g}"), unit, si))
 
 
-def _given(top: Table, kind: ValveKind, jack: str) -> dict[str, Number]:
+def _given(top: ConfigTable, kind: ValveKind, jack: str) -> dict[str, Number]:
     """The numbers of supply, oil, jack and load that the sheet states."""
     specs = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
     needed = {figure.key for figure in figures(kind, JACKS[jack])}
@@ -227,27 +227,27 @@ def _given(top: Table, kind: ValveKind, jack: str) -> dict[str, Number]:
     return given
 
 
-def _ranges(valve: Table, specs: Mapping[str, Spec]) -> dict[str, tuple[float, float]]:
+def _ranges(valve: ConfigTable, specs: Mapping[str, Spec]) -> dict[str, tuple[float, float]]:
     """The bounds [SI] of the valve's figures that have some."""
     bounded = [key for key in specs if isinstance(entry := valve.values[key], Mapping) and "bounds" in entry]
     numbers = [read_number(valve, key, specs[key]) for key in bounded]
     return {n.name: (n.low, n.high) for n in numbers if n.low is not None and n.high is not None}
 
 
-def _geometry(valve: Table, kind: ValveKind, folder: Path) -> Rig:
+def _geometry(valve: ConfigTable, kind: ValveKind, folder: Path) -> Rig:
     rig = load_rig(valve.text("like"), folder)
     if rig.valve_kind is not kind:
         raise valve.complaint("like", f"rig {rig.name} has no {kind.name} valve; name the rig with its printed numbers")
     return rig
 
 
-def _rounding(part: Table, geometry: Rig) -> dict[str, float]:
+def _rounding(part: ConfigTable, geometry: Rig) -> dict[str, float]:
     specs = geometry.valve_kind.numbers
     part.allow(*specs)
     return {name: part.quantity(name, Spec(specs[name].unit, 0, geometry[name], ""), "source") for name in part}
 
 
-def _responses(valve: Table, kind: ValveKind) -> tuple[DatasheetResponse, ...]:
+def _responses(valve: ConfigTable, kind: ValveKind) -> tuple[DatasheetResponse, ...]:
     entries = valve.tables("response", "stage", *RESPONSE)
     responses = [_response(entry, kind) for entry in entries]
     for i, response in enumerate(responses):
@@ -258,6 +258,6 @@ def _responses(valve: Table, kind: ValveKind) -> tuple[DatasheetResponse, ...]:
     return tuple(responses)
 
 
-def _response(entry: Table, kind: ValveKind) -> DatasheetResponse:
+def _response(entry: ConfigTable, kind: ValveKind) -> DatasheetResponse:
     numbers = {key: entry.quantity(key, spec, "source") for key, spec in RESPONSE.items()}
     return DatasheetResponse(entry.word("stage", kind.stages), **numbers)

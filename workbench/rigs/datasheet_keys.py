@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..base.errors import InputError
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec
 from . import schema
 from .jack import JACKS, JackKind
@@ -59,7 +59,7 @@ def _of_jack(jack: JackKind) -> list[DatasheetEntry]:
     return [DatasheetEntry("jack", key, jack.numbers[key]) for key in dict.fromkeys((*jack.areas, "S"))]
 
 
-def check_complete(top: Table) -> None:
+def check_complete(top: ConfigTable) -> None:
     """Raises InputError with the names of all numbers that the document leaves out."""
     kinds = {"valve": VALVES, "jack": JACKS}
     known = {section: _kind(top, section, names) for section, names in kinds.items()}
@@ -75,7 +75,7 @@ def check_complete(top: Table) -> None:
         raise InputError(f"{top.place}: missing: {'; '.join(missing)}; `jackbench new DIR --ask KIND` asks for them")
 
 
-def _kind(top: Table, section: str, kinds: Mapping[str, Any]) -> Any:
+def _kind(top: ConfigTable, section: str, kinds: Mapping[str, Any]) -> Any:
     """The kind that a section says, None where it says none. Raises InputError for one that is unknown."""
     part = top.optional_table(section)
     return kinds[part.word("kind", kinds)] if "kind" in part else None

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..base.errors import nearest
 from ..base.signals import Signal
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec, quantity, to_si
 from ..records.rational_fit import RationalFit
 from . import schema
@@ -38,7 +38,7 @@ _TITLES = ("name", "title", "source")
 _MEASURED = ("position", "velocity", "acceleration")
 
 
-def read_linear_rig(top: Table, stem: str) -> LinearRig:
+def read_linear_rig(top: ConfigTable, stem: str) -> LinearRig:
     """A plant of a file's document. Raises InputError with file and row."""
     top.allow(*_TITLES, *_TABLES)
     given = [name for name in FORMS if name in top]
@@ -84,13 +84,13 @@ def read_linear_rig(top: Table, stem: str) -> LinearRig:
     )
 
 
-def _signals(table: Table) -> Mapping[str, Signal]:
+def _signals(table: ConfigTable) -> Mapping[str, Signal]:
     """What the outputs are, by the unit of the position."""
     unit = table.text("position", "m")
     return output_signals({"position": unit}, table.about("position", lambda: measured_as(unit)))
 
 
-def _unit(table: Table, signal: Signal) -> str:
+def _unit(table: ConfigTable, signal: Signal) -> str:
     """The unit of an output: SI where the file names none."""
     unit = table.text(signal.name, signal.si)
     table.about(signal.name, lambda: to_si(1.0, unit, signal.si))
@@ -101,16 +101,16 @@ def _number(name: str, spec: Spec, value: float, low: float | None = None, high:
     return Number(name, value, spec.unit, spec.unit, "", low, high)
 
 
-def _plain(table: Table, name: str, spec: Spec) -> Number:
+def _plain(table: ConfigTable, name: str, spec: Spec) -> Number:
     return _number(name, spec, table.quantity(name, spec, "source"))
 
 
-def _computing_delay(control: Table) -> Number:
+def _computing_delay(control: ConfigTable) -> Number:
     name = COMPUTING_DELAY.name
     return _plain(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
 
 
-def _limits(table: Table, specs: Mapping[str, Spec]) -> dict[str, Number]:
+def _limits(table: ConfigTable, specs: Mapping[str, Spec]) -> dict[str, Number]:
     """The stroke, and further limits where they are given: else no limit of theirs is ever met."""
     table.allow(*specs)
     limits = {}
@@ -122,7 +122,9 @@ def _limits(table: Table, specs: Mapping[str, Spec]) -> dict[str, Number]:
     return limits
 
 
-def _bounds(table: Table, numbers: Mapping[str, float], specs: Mapping[str, Spec]) -> dict[str, tuple[float, ...]]:
+def _bounds(
+    table: ConfigTable, numbers: Mapping[str, float], specs: Mapping[str, Spec]
+) -> dict[str, tuple[float, ...]]:
     """[low, high] by name: SI numbers, or texts with a unit."""
     bounds = {}
     for name in table.allow(*numbers):
@@ -138,7 +140,7 @@ def _bounds(table: Table, numbers: Mapping[str, float], specs: Mapping[str, Spec
     return bounds
 
 
-def _matrix(table: Table, name: str, columns: int | None = None) -> list[list[float]]:
+def _matrix(table: ConfigTable, name: str, columns: int | None = None) -> list[list[float]]:
     """Rows of finite numbers, all of one length."""
     rows = table.values.get(name)
     hint = f"write {name} = [[...], [...]], a list of rows of numbers"
@@ -150,7 +152,7 @@ def _matrix(table: Table, name: str, columns: int | None = None) -> list[list[fl
     return [list(place.numbers(f"{name} row {i + 1}", "[1.0, 0.0]")) for i in range(len(rows))]
 
 
-def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
+def _state_space(table: ConfigTable) -> tuple[LinearForm, dict[str, float]]:
     table.allow("gain", "A", "B", "C", "D", "E", "outputs", "period")
     a = _matrix(table, "A")
     n = len(a)
@@ -172,7 +174,7 @@ def _state_space(table: Table) -> tuple[LinearForm, dict[str, float]]:
     return StateSpaceForm(n, outputs, "E" in table), values
 
 
-def _check_shapes(table: Table, parts: Mapping[str, list[list[float]]], outputs: tuple[str, ...]) -> None:
+def _check_shapes(table: ConfigTable, parts: Mapping[str, list[list[float]]], outputs: tuple[str, ...]) -> None:
     """Raises InputError for matrices that do not belong together, and for a D that is not 0."""
     n = len(parts["A"])
     wanted = {"B": n, "C": len(outputs), "E": n}
@@ -183,7 +185,7 @@ def _check_shapes(table: Table, parts: Mapping[str, list[list[float]]], outputs:
         raise table.complaint("D", "must be 0: what is measured cannot answer at once; add a fast lag to the model")
 
 
-def _continuous(table: Table, parts: dict[str, list[list[float]]], period: float) -> dict[str, list[list[float]]]:
+def _continuous(table: ConfigTable, parts: dict[str, list[list[float]]], period: float) -> dict[str, list[list[float]]]:
     """A model with held inputs, sampled every `period` [s], as differential equations."""
     from scipy.linalg import logm
 
@@ -206,7 +208,7 @@ def _continuous(table: Table, parts: dict[str, list[list[float]]], period: float
     }
 
 
-def _transfer_function(table: Table) -> tuple[LinearForm, dict[str, float]]:
+def _transfer_function(table: ConfigTable) -> tuple[LinearForm, dict[str, float]]:
     table.allow("gain", "numerator", "denominator")
     num, den = (table.numbers(name, "[1.0, 2.0]") for name in ("numerator", "denominator"))
     for name, part in (("numerator", num), ("denominator", den)):
@@ -222,7 +224,7 @@ def _polynomials(num: tuple[float, ...], den: tuple[float, ...]) -> tuple[Linear
     return TransferFunctionForm(len(num) - 1, len(den) - 1, _pace(den)), values
 
 
-def _fit(table: Table, signals: Table, delay: float | None) -> RationalFit:
+def _fit(table: ConfigTable, signals: ConfigTable, delay: float | None) -> RationalFit:
     """The model of a sheet. Raises InputError for one that is too far from it, or too late."""
     signal = _signals(signals)["position"]
     fit = fit_sheet(table, _unit(signals, signal), signal.si, delay)
@@ -243,7 +245,7 @@ def _pace(den: tuple[float, ...]) -> float:
     return float(np.exp(np.mean(np.log(poles)))) if len(poles) else 1.0
 
 
-def _chain(table: Table) -> tuple[LinearForm, dict[str, float]]:
+def _chain(table: ConfigTable) -> tuple[LinearForm, dict[str, float]]:
     table.allow("gain", "integrators", "lags", "modes")
     modes = table.tables("modes", "frequency", "damping")
     lags = table.words("lags", "5 ms") if "lags" in table else ()

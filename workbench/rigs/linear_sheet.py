@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..base.errors import InputError
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec
 from ..records.frequency_sheet import read_response
 from ..records.rational_fit import FitOrder, RationalFit, fit_rational
@@ -15,7 +15,7 @@ _SHARE = Spec("1", 1e-6, 1.0, "largest error")
 LARGEST_ERROR = 0.1  # rms of the relative error over the sheet, where the table says nothing else
 
 
-def fit_sheet(table: Table, unit: str, si: str, delay: float | None) -> RationalFit:
+def fit_sheet(table: ConfigTable, unit: str, si: str, delay: float | None) -> RationalFit:
     """The model of a table [frequency_response] whose output has the `unit`; `delay` [s] where it is known.
 
     Raises InputError where no model comes near enough.

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.numbers import sampling_period
-from ..base.table import Table
+from ..base.table import ConfigTable
 from .linear_file import read_linear_rig
 from .linear_rig import LinearRig
 from .linear_signals import measured_as
@@ -54,7 +54,7 @@ def linear_plant(
         "control": {key: _text(values[key], units[key]) for key in ("period", "computing_delay")},
         "sensors": {"position": {key: _text(value, units[key]) for key, value in sensor.items()}},
     }
-    return read_linear_rig(Table(tables, "linear_plant"), name)
+    return read_linear_rig(ConfigTable(tables, "linear_plant"), name)
 
 
 def _model(system: Any) -> dict[str, Any]:

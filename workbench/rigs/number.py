@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec, from_si, to_si
 
 
@@ -35,7 +35,7 @@ class Number:
         return float(from_si(self.value, self.unit, self.si))
 
 
-def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number:
+def read_number(table: ConfigTable, name: str, spec: Spec, source: str = "") -> Number:
     """One `{value, unit, source, bounds}` of a table; `source` is where it comes from if it does not say."""
     if not isinstance(table.values.get(name), Mapping | None):
         raise table.complaint(name, f'write {{value = ..., unit = "{spec.unit}", source = "..."}}')
@@ -46,7 +46,7 @@ def read_number(table: Table, name: str, spec: Spec, source: str = "") -> Number
     return Number(name, value, entry.text("unit", ""), spec.unit, entry.text("source", source), low, high, interval)
 
 
-def _ends(entry: Table, key: str, value: float, si: str) -> tuple[float, float]:
+def _ends(entry: ConfigTable, key: str, value: float, si: str) -> tuple[float, float]:
     ends = entry.numbers(key, "[low, high]")
     if len(ends) != 2:
         raise entry.complaint(key, "must be two numbers, [low, high], in the number's unit")

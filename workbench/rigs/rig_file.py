@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..base.errors import InputError, nearest
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.toml import read_toml
 from ..base.toml_text import toml_text
 from ..base.units import Spec
@@ -46,7 +46,7 @@ def effect_files(name: str | Path) -> tuple[str, ...]:
     return _effect_files(read_toml(path, shown), path)
 
 
-def _effect_files(top: Table, path: Path) -> tuple[str, ...]:
+def _effect_files(top: ConfigTable, path: Path) -> tuple[str, ...]:
     return tuple(str((path.parent / file).resolve()) for file in top.words("effect_files", "mine.py", ()))
 
 
@@ -114,7 +114,7 @@ def _read(path: Path, shown: str) -> Rig:
     )
 
 
-def _stop(limits: Table) -> str:
+def _stop(limits: ConfigTable) -> str:
     if "stop" not in limits:
         return schema.STOPS[0]
     if limits.text("stop") == "depressurise":
@@ -124,23 +124,23 @@ def _stop(limits: Table) -> str:
     return limits.word("stop", schema.STOPS)
 
 
-def _computing_delay(control: Table) -> Number:
+def _computing_delay(control: ConfigTable) -> Number:
     name = COMPUTING_DELAY.name
     return read_number(control, name, schema.CONTROL[name]) if name in control else COMPUTING_DELAY
 
 
-def _deadline(control: Table) -> Number | None:
+def _deadline(control: ConfigTable) -> Number | None:
     return read_number(control, "deadline", schema.CONTROL["deadline"]) if "deadline" in control else None
 
 
-def _numbers(table: Table, specs: Mapping[str, Spec], *words: str) -> dict[str, Number]:
+def _numbers(table: ConfigTable, specs: Mapping[str, Spec], *words: str) -> dict[str, Number]:
     """All numbers of a table; a missing one that is not optional, an unknown or impossible one raises."""
     table.allow(*specs, *words)
     given = {name: spec for name, spec in specs.items() if name in table or name not in schema.OPTIONAL}
     return {name: read_number(table, name, spec) for name, spec in given.items()}
 
 
-def _effect(use: Table) -> EffectUse:
+def _effect(use: ConfigTable) -> EffectUse:
     """One `[[effects]]` entry; which names and numbers exist is checked where effects are known."""
     name, numbers = use.text("name"), {}
     for key in use:
@@ -159,7 +159,7 @@ def read_effects(path: str | Path) -> tuple[EffectUse, ...]:
     return tuple(_effect(use) for use in top.tables("effects"))
 
 
-def _sessions(table: Table, specs: Mapping[str, Spec]) -> dict[str, dict[str, Number]]:
+def _sessions(table: ConfigTable, specs: Mapping[str, Spec]) -> dict[str, dict[str, Number]]:
     """Tables `[sessions.NAME]` of numbers of the plant."""
     own = {name: table.table(name).allow(*specs) for name in table}
     return {name: {key: read_number(part, key, specs[key]) for key in part} for name, part in own.items()}

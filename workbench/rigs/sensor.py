@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..base.signals import SIGNALS, Signal
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import Spec
 from .number import shortest
 
@@ -27,7 +27,7 @@ class Sensor:
         return 6 * math.sqrt(2) * self.noise
 
 
-def read_sensors(table: Table, signals: Mapping[str, Signal] = SIGNALS) -> dict[str, Sensor]:
+def read_sensors(table: ConfigTable, signals: Mapping[str, Signal] = SIGNALS) -> dict[str, Sensor]:
     """Tables `[sensors.NAME]` with `noise` and `resolution`, in units of the `signals`."""
     sensors = {}
     for name in table.allow(*signals):

@@ -13,7 +13,7 @@ beside the lands, so that the flow of the servo-valve goes with its opening.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..base.table import Table
+from ..base.table import ConfigTable
 from .number import Number, number_entry, read_number
 from .schema import SHUT_OFF
 
@@ -41,7 +41,7 @@ def closing_in(seconds: float) -> ShutOff:
     return ShutOff(Number("closing_time", seconds, "ms", "s", why), Number("leak", 0.0, "1", "1", why))
 
 
-def read_shut_off(table: Table) -> ShutOff | None:
+def read_shut_off(table: ConfigTable) -> ShutOff | None:
     """That of a rig file's table; None where it has none. Raises InputError with file and row."""
     if not len(table):
         return None

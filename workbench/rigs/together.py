@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ..base.table import Table
+from ..base.table import ConfigTable
 from ..base.units import from_si
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def problem_together(numbers: Mapping[str, "Number"], limits: Mapping[str, "Numb
     return None
 
 
-def check_speed_guard(top: Table, sensors: Mapping[str, "Sensor"], move: float) -> None:
+def check_speed_guard(top: ConfigTable, sensors: Mapping[str, "Sensor"], move: float) -> None:
     """Raises InputError for a position sensor whose noise and resolution hide what is far above the speed limit.
 
     `move` (SI) is how far that limit lets the position go in a control period. What two readings scatter by at

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.base.table import Table
+from workbench.base.table import ConfigTable
 from workbench.commands.common.envelope_keys import MOST_PLANTS
 from workbench.commands.common.experiment import read_experiment
 from workbench.commands.tune.config import TuneConfig, load_tune
@@ -59,14 +59,14 @@ def known_problem(search: TuneConfig, share: float, start: Mapping[str, float]) 
     return replace(problem, rig=rig, rigs={"nominal": rig}, factors=factors, searched=searched)
 
 
-def _shares(top: Table) -> tuple[float, ...]:
+def _shares(top: ConfigTable) -> tuple[float, ...]:
     percents = top.numbers("known", "[50, 20, 5]")
     if not percents or not all(0 <= percent <= ALL for percent in percents) or len(set(percents)) < len(percents):
         raise top.complaint("known", "different numbers from 0 to 50: to +- so many percent of its range each is known")
     return tuple(percent / 100 for percent in sorted(percents, reverse=True))
 
 
-def _check(top: Table, searches: Mapping[str, TuneConfig]) -> None:
+def _check(top: ConfigTable, searches: Mapping[str, TuneConfig]) -> None:
     """Raises InputError for searches that cannot stand in one picture."""
     first, *others = searches
     for file in others:

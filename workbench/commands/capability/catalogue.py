@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.toml import read_toml
 from ...base.units import Spec
 from ...loop.performance.drive import RATED, CataloguePump, CatalogueValve
@@ -33,16 +33,16 @@ def load_catalogue(path: str | Path) -> Catalogue:
     )
 
 
-def _valve(name: str, table: Table) -> CatalogueValve:
+def _valve(name: str, table: ConfigTable) -> CatalogueValve:
     drop = table.quantity("drop", _DROP) if "drop" in table else RATED
     return CatalogueValve(
         name, table.quantity("flow", _FLOW), drop, table.quantity("bandwidth", _BANDWIDTH), *_order(table)
     )
 
 
-def _pump(name: str, table: Table) -> CataloguePump:
+def _pump(name: str, table: ConfigTable) -> CataloguePump:
     return CataloguePump(name, table.quantity("flow", _FLOW), *_order(table))
 
 
-def _order(table: Table) -> tuple[float | None, str]:
+def _order(table: ConfigTable) -> tuple[float | None, str]:
     return table.positive("price") if "price" in table else None, table.text("order", "")

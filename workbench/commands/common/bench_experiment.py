@@ -7,7 +7,7 @@ from typing import Any
 
 from ...base.errors import InputError, echo
 from ...base.signals import Signal
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.rig_variations import Conditions
 from ...loop.scenarios import Scenario
@@ -97,10 +97,10 @@ def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
 
 
 def _loop(
-    top: Table,
+    top: ConfigTable,
     nominal: Rig,
     signal: str,
-    rigs: tuple[Table, str],
+    rigs: tuple[ConfigTable, str],
     controllers: Sequence[ControllerSpec],
     scenarios: Sequence[Scenario],
 ) -> BenchLoop:
@@ -116,7 +116,7 @@ def _loop(
     return BenchLoop(rig.signal(signal), rig, members, tuple(controllers), own, bode)
 
 
-def _check_sensors(top: Table, controllers: Sequence[ControllerSpec], rigs: Mapping[str, Rig]) -> None:
+def _check_sensors(top: ConfigTable, controllers: Sequence[ControllerSpec], rigs: Mapping[str, Rig]) -> None:
     for controller in controllers:
         period = next(iter(rigs.values())).period.value
         for sensor in controller.build(period).measures:
@@ -142,7 +142,7 @@ def _asked(
     }
 
 
-def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[Table, str]]:
+def _sets(top: ConfigTable, signals: Iterable[str]) -> dict[str, tuple[ConfigTable, str]]:
     """Where the list of rigs for each signal's loops is: one for all, or a table of lists."""
     if not isinstance(top.values.get("rigs"), Mapping):
         return dict.fromkeys(signals, (top, "rigs"))
@@ -150,6 +150,6 @@ def _sets(top: Table, signals: Iterable[str]) -> dict[str, tuple[Table, str]]:
     return {signal: (table, signal) for signal in signals}
 
 
-def _own(top: Table) -> dict[str, Table]:
+def _own(top: ConfigTable) -> dict[str, ConfigTable]:
     tables = top.optional_table("controllers")
     return {name: tables.table(name) for name in tables}

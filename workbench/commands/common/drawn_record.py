@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.signals import Signal
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import from_si
 from ...loop.robustness.drawn_plants import PlantDraw, draw_plants
 from ...plant import Plant
@@ -32,7 +32,7 @@ class DrawnConfig:
 
 
 def read_drawn(
-    top: Table, rig: Rig, seed: int, signal: Signal, reference: np.ndarray, plants: int | None
+    top: ConfigTable, rig: Rig, seed: int, signal: Signal, reference: np.ndarray, plants: int | None
 ) -> DrawnConfig | None:
     """`plants`, [draw] and `stroke`, the share of the stroke limit within which a record [k] stays; None without them.
 

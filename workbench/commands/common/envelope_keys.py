@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...loop.scenarios import POSITIONS, Limits
 from ...rigs.rig import Rig
 
@@ -10,7 +10,7 @@ MOST_PLANTS = 1_000_000  # that are drawn
 _MOST_MOVES = 20
 
 
-def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
+def read_factors(top: ConfigTable, rig: Rig) -> dict[str, tuple[float, float]]:
     """[draw]: the least and the largest factor on numbers of the rig, by name; none without the table.
 
     Raises InputError with file, line and key.
@@ -24,7 +24,7 @@ def read_factors(top: Table, rig: Rig) -> dict[str, tuple[float, float]]:
     return factors
 
 
-def read_ends(table: Table, key: str, example: str = "[0.75, 1.25]") -> tuple[float, float]:
+def read_ends(table: ConfigTable, key: str, example: str = "[0.75, 1.25]") -> tuple[float, float]:
     """The least and the largest factor. Raises InputError with file, line and key."""
     low, *high = table.numbers(key, example)
     if len(high) != 1 or not 0 < low <= high[0]:
@@ -32,7 +32,7 @@ def read_ends(table: Table, key: str, example: str = "[0.75, 1.25]") -> tuple[fl
     return low, high[0]
 
 
-def draws_nothing(top: Table, plants: int | None, *keys: str) -> bool:
+def draws_nothing(top: ConfigTable, plants: int | None, *keys: str) -> bool:
     """Whether a file draws no plants, for it does not say how many. Raises InputError where it or an argument `plants`
     says something of them all the same."""
     if "plants" in top:
@@ -45,7 +45,7 @@ def draws_nothing(top: Table, plants: int | None, *keys: str) -> bool:
     return True
 
 
-def read_positions(top: Table) -> tuple[float, ...]:
+def read_positions(top: ConfigTable) -> tuple[float, ...]:
     """positions: shares of the stroke limit at which loops are judged; five over the stroke where none are given."""
     if "positions" not in top:
         return POSITIONS
@@ -55,13 +55,13 @@ def read_positions(top: Table) -> tuple[float, ...]:
     return positions
 
 
-def read_limits(top: Table) -> Limits:
+def read_limits(top: ConfigTable) -> Limits:
     """[goals]: the limits of the hard goals that are not as usual."""
     table = top.optional_table("goals")
     table.allow(*(entry.name for entry in fields(Limits)))
     return Limits(**{name: table.positive(name) for name in table if name != "moves"}, moves=read_moves(table))
 
 
-def read_moves(table: Table) -> int:
+def read_moves(table: ConfigTable) -> int:
     """moves: how many steps come before the one that is judged; none without the key. Raises InputError."""
     return table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0

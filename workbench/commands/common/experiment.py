@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import echo, nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.toml import read_toml
 from ...control.controller_spec import read_numbers
 from ...control.load_class import absolute
@@ -41,7 +41,7 @@ class Specimen:
     damping: float = number("N s/m", 0.0, 1e9, "damping of the specimen")
 
 
-def read_experiment(path: Path) -> Table:
+def read_experiment(path: Path) -> ConfigTable:
     """The document of an experiment file; a path in a controller's `use` or `network`, in a `file` or of a rig
     among `rigs`, counts from its folder, and is made absolute.
 
@@ -91,7 +91,7 @@ def data_files(source: Mapping[str, Any]) -> dict[str, str]:
     return {path: sha256(Path(path).read_bytes()).hexdigest() for path in paths}
 
 
-def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
+def rig_of(top: ConfigTable, path: Path, rig: str | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
     if rig:
         return load_rig(rig)
@@ -99,7 +99,7 @@ def rig_of(top: Table, path: Path, rig: str | None) -> Rig:
     return _measured_plant(top.table("plant"), name) if name.endswith(_SHEET) else load_rig(name, path.parent)
 
 
-def rig_name(top: Table) -> str:
+def rig_name(top: ConfigTable) -> str:
     """The rig that an experiment names: `rig`, or the file of a linear plant under the table [plant].
 
     With a sheet, `frequency_response = "axis.csv"` or a table with this `file`, the table has the rest of the plant.
@@ -119,27 +119,27 @@ def rig_name(top: Table) -> str:
     return plant.text(next(iter(plant)))
 
 
-def _measured_plant(plant: Table, sheet: str) -> Rig:
+def _measured_plant(plant: ConfigTable, sheet: str) -> Rig:
     """The plant of a sheet, whose other tables are those of a plant's file."""
     model = plant.values[FREQUENCY_RESPONSE]
     tables = {**plant.values, FREQUENCY_RESPONSE: model if isinstance(model, Mapping) else {"file": sheet}}
     return read_linear_rig(plant.replaced(tables), Path(sheet).stem)
 
 
-def read_conditions(top: Table) -> Conditions:
+def read_conditions(top: ConfigTable) -> Conditions:
     """Under which the loops are judged: `ideal = true`, or the `seed` of the sensors' noise."""
     return Conditions(top.flag("ideal", False), top.count("seed", 0) if "seed" in top else 0)
 
 
-def on_platform(top: Table, path: Path, rig: str | None) -> bool:
+def on_platform(top: ConfigTable, path: Path, rig: str | None) -> bool:
     """Whether an experiment is on a platform: `rig`, or else the one that its file at `path` names."""
     named = rig or (top.text("rig") if "rig" in top else "")
     return is_platform(named) or is_platform(path.parent / named)
 
 
-def borrowed_controllers(table: Table, folder: Path) -> dict[str, Table]:
+def borrowed_controllers(table: ConfigTable, folder: Path) -> dict[str, ConfigTable]:
     """Tables of controllers from other experiment files: `[from]`, file = [names]."""
-    borrowed: dict[str, Table] = {}
+    borrowed: dict[str, ConfigTable] = {}
     for file in table:
         there = read_experiment(folder / file).optional_table("controllers")
         if not len(there):
@@ -153,13 +153,13 @@ def borrowed_controllers(table: Table, folder: Path) -> dict[str, Table]:
     return borrowed
 
 
-def with_specimen(rig: Rig, specimen: Table) -> Rig:
+def with_specimen(rig: Rig, specimen: ConfigTable) -> Rig:
     """The rig with a specimen on its load cell."""
     numbers = read_numbers(Specimen, specimen)
     return rig.with_values(ks=numbers.stiffness, cs=numbers.damping)
 
 
-def read_bode(table: Table, sizes: str, si: float, rig: Rig) -> BodeConfig:
+def read_bode(table: ConfigTable, sizes: str, si: float, rig: Rig) -> BodeConfig:
     """Range and number of points of a sweep on a rig, and its amplitudes: the list `sizes`, its numbers times `si`."""
     table.allow("low_hz", "high_hz", "points", sizes)
     low, high = table.positive("low_hz"), table.positive("high_hz")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
 from ...loop.platform.steps import AxisStep
@@ -30,7 +30,7 @@ class PlatformExperiment:
         return 0.0 if self.conditions.ideal else self.rig.legs[0].rig.computing_delay.value
 
 
-def platform_experiment(top: Table, path: Path, rig: str | None, borrows: bool = False) -> PlatformExperiment:
+def platform_experiment(top: ConfigTable, path: Path, rig: str | None, borrows: bool = False) -> PlatformExperiment:
     """Of the file at a path, which has its controllers or `borrows` them; `rig` replaces the platform that it names.
     Raises InputError with file and key."""
     platform = load_platform(rig) if rig else load_platform(top.text("rig"), path.parent)
@@ -43,13 +43,13 @@ def platform_experiment(top: Table, path: Path, rig: str | None, borrows: bool =
     return PlatformExperiment(rig=platform, controllers=own, conditions=read_conditions(top), source=source)
 
 
-def read_steps(top: Table) -> tuple[AxisStep, ...]:
+def read_steps(top: ConfigTable) -> tuple[AxisStep, ...]:
     """The steps along axes under the key scenarios. Raises InputError with file and key."""
     names = top.words("scenarios", "heave-10mm")
     return tuple(top.about("scenarios", lambda name=name: AxisStep.named(name)) for name in names)
 
 
-def platform_controllers(top: Table, platform: Platform) -> tuple[PlatformSpec, ...]:
+def platform_controllers(top: ConfigTable, platform: Platform) -> tuple[PlatformSpec, ...]:
     """Those of the tables [controllers.NAME]. Raises InputError with file and key."""
     tables = top.table("controllers")
     if not len(tables):
@@ -57,7 +57,7 @@ def platform_controllers(top: Table, platform: Platform) -> tuple[PlatformSpec, 
     return tuple(platform_controller(name, tables.table(name), platform) for name in tables)
 
 
-def platform_controller(name: str, table: Table, platform: Platform) -> PlatformSpec:
+def platform_controller(name: str, table: ConfigTable, platform: Platform) -> PlatformSpec:
     """On every leg the controller of a table; or, with a list of `laws`, one on each mode. Raises InputError with file
     and key."""
     if "laws" not in table:
@@ -85,11 +85,11 @@ def platform_controller(name: str, table: Table, platform: Platform) -> Platform
     return PlatformSpec(name, tuple(spec for spec, _ in ordered), True, command_map, forwards, _smoothing(table))
 
 
-def _smoothing(table: Table) -> Smoothing | None:
+def _smoothing(table: ConfigTable) -> Smoothing | None:
     return read_numbers(Smoothing, table.table("smoothing")) if "smoothing" in table else None
 
 
-def _command_map(table: Table, name: str) -> ControllerSpec:
+def _command_map(table: ConfigTable, name: str) -> ControllerSpec:
     """The map of the commands of the jacks: a compensator that maps a command."""
     part = table.table("command_map")
     spec = controller_spec(
@@ -98,7 +98,7 @@ def _command_map(table: Table, name: str) -> ControllerSpec:
     return spec.compensators[0]
 
 
-def _checked(spec: ControllerSpec, table: Table, platform: Platform) -> ControllerSpec:
+def _checked(spec: ControllerSpec, table: ConfigTable, platform: Platform) -> ControllerSpec:
     """A law of the position of a jack, with the signals that the legs measure."""
     law = spec.build(platform.period)
     if law.measures[0] != "position":

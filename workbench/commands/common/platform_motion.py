@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...base.errors import InputError, nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec, to_si
 from ...loop.platform.poses import accelerated_pose, lowest_corner, recorded_pose, road_pose
 from ...records.frequency_sheet import Columns
@@ -35,7 +35,7 @@ class PlatformRecord(PlatformMotion):
     highest: float
 
 
-def read_record(table: Table, platform: Platform) -> PlatformRecord:
+def read_record(table: ConfigTable, platform: Platform) -> PlatformRecord:
     """The table [record] of an experiment on a platform, and its file. Raises InputError."""
     table.allow(*MOTION, "iterations", "highest_hz")
     highest, nyquist = table.positive("highest_hz"), 0.5 / platform.period
@@ -45,7 +45,7 @@ def read_record(table: Table, platform: Platform) -> PlatformRecord:
     return PlatformRecord(motion.title, motion.pose, table.count("iterations", 1, 100), highest)
 
 
-def read_motion(table: Table, platform: Platform) -> PlatformMotion:
+def read_motion(table: ConfigTable, platform: Platform) -> PlatformMotion:
     """The motion of a table, and its file. Raises InputError."""
     return _file(table, platform) if "file" in table else _road(table, platform)
 
@@ -62,7 +62,7 @@ def file_motion(path: Path, platform: Platform) -> PlatformMotion:
         raise InputError(f"{path}: {error}") from None
 
 
-def _file(table: Table, platform: Platform) -> PlatformMotion:
+def _file(table: ConfigTable, platform: Platform) -> PlatformMotion:
     """Of a file with t and the axes that move."""
     if others := [key for key in ROAD if key in table]:
         raise table.complaint(others[0], "not together with file; remove one")
@@ -127,7 +127,7 @@ def _is(unit: str, si: str) -> bool:
     return True
 
 
-def _road(table: Table, platform: Platform) -> PlatformMotion:
+def _road(table: ConfigTable, platform: Platform) -> PlatformMotion:
     """Of a road."""
     if "highpass_hz" in table:
         raise table.complaint("highpass_hz", "of a file with accelerations; remove it")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
@@ -21,7 +21,7 @@ _WATCHED = 1.0  # s: after it arrives
 _ROUNDING = 1 + 1e-9
 
 
-def read_profile(name: str, table: Table, size: float, rig: Rig, further: Mapping[str, Any]) -> Scenario:
+def read_profile(name: str, table: ConfigTable, size: float, rig: Rig, further: Mapping[str, Any]) -> Scenario:
     """A motion by `size` [m] within the limits of its table, the rig's where it has none. Raises InputError."""
     trajectory = _trajectory(table, size, rig, float(further["load"]))
     period = rig.period.value
@@ -33,7 +33,7 @@ def read_profile(name: str, table: Table, size: float, rig: Rig, further: Mappin
     return Scenario(name, "position", size, duration, waveform=waveform, stands=float(t[-1]), **further)
 
 
-def _trajectory(table: Table, size: float, rig: Rig, load: float) -> "MotionProfile":
+def _trajectory(table: ConfigTable, size: float, rig: Rig, load: float) -> "MotionProfile":
     from ...loop.capability import SHARE, capability
     from ...loop.trajectories import jerk_limited, time_optimal
 
@@ -66,7 +66,7 @@ def _corner(limits: Mapping[str, float], share: "Capability") -> tuple[float, fl
     return share.corner
 
 
-def _check_limits(table: Table, limits: Mapping[str, float], full: "Capability", rig: Rig) -> None:
+def _check_limits(table: ConfigTable, limits: Mapping[str, float], full: "Capability", rig: Rig) -> None:
     """Raises InputError for a limit beyond what the rig has."""
     speed = limits.get("speed", 0.0)
     if speed > min(full.limit, full.v0) * _ROUNDING:

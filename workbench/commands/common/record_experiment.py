@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import Signal
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import graph_law
@@ -80,7 +80,7 @@ class RecordExperiment:
 
 def read_record_experiment(
     path: Path, rig: str | None, plants: int | None, kind: str, *further: str
-) -> tuple[Table, RecordExperiment]:
+) -> tuple[ConfigTable, RecordExperiment]:
     """An experiment of a kind, which may have `further` keys, and its document.
 
     `rig` and `plants` replace what it says. Raises InputError with file and key.
@@ -116,7 +116,7 @@ def read_record_experiment(
     )
 
 
-def read_multisine(table: Table, amplitude: Spec, nyquist: float, shortest: float = 0.1) -> MultisineSpec:
+def read_multisine(table: ConfigTable, amplitude: Spec, nyquist: float, shortest: float = 0.1) -> MultisineSpec:
     """The table [measure]: the multisine by which a loop's response is measured, its amplitude within a spec, its
     period of `shortest` [s] at least. Raises InputError with file and key."""
     table.allow("amplitude", "low", "high", "seconds", "lines")
@@ -129,7 +129,7 @@ def read_multisine(table: Table, amplitude: Spec, nyquist: float, shortest: floa
     )
 
 
-def _scenario(top: Table, rigs: Mapping[str, Rig]) -> Scenario:
+def _scenario(top: ConfigTable, rigs: Mapping[str, Rig]) -> Scenario:
     """The record: a sine, a file or a road."""
     scenario, *more = read_scenarios(top, next(iter(rigs.values())))
     if more:
@@ -140,14 +140,14 @@ def _scenario(top: Table, rigs: Mapping[str, Rig]) -> Scenario:
     return scenario
 
 
-def _fade(top: Table, scenario: Scenario) -> float:
+def _fade(top: ConfigTable, scenario: Scenario) -> float:
     fade = top.quantity("fade", Spec("s", 0.0, 60.0, "over which the record fades in and out"))
     if 2 * fade > scenario.duration:
         raise top.complaint("fade", f"twice is longer than the record of {scenario.duration:g} s; shorten it")
     return fade
 
 
-def _controllers(top: Table, path: Path, rig: Rig) -> tuple[dict[str, Table], tuple[ControllerSpec, ...]]:
+def _controllers(top: ConfigTable, path: Path, rig: Rig) -> tuple[dict[str, ConfigTable], tuple[ControllerSpec, ...]]:
     """The controllers of the file, its own or other files', for the rig, with their tables by name."""
     own = top.optional_table("controllers")
     tables = borrowed_controllers(top.optional_table("from"), path.parent) | {name: own.table(name) for name in own}

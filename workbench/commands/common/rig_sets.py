@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.rig_variations import RIG_SET, variation
 from ...rigs.rig import Rig
@@ -14,7 +14,7 @@ from .experiment import with_specimen
 _ANY = float("inf")
 
 
-def read_rig_set(rigs: Table, key: str, top: Table, rig: Rig) -> dict[str, Rig]:
+def read_rig_set(rigs: ConfigTable, key: str, top: ConfigTable, rig: Rig) -> dict[str, Rig]:
     """The rigs that a list names, by name: variations of `rig`, or files, which are named without .toml.
 
     `rigs` is the table with the list under `key`, `top` the experiment, whose specimen every file's rig gets where
@@ -34,7 +34,7 @@ def read_rig_set(rigs: Table, key: str, top: Table, rig: Rig) -> dict[str, Rig]:
     return {member.name: member for member in members}
 
 
-def check_variations(top: Table, names: Iterable[str]) -> None:
+def check_variations(top: ConfigTable, names: Iterable[str]) -> None:
     """Raises InputError for a table [variation.NAME] that no list names, or whose name is that of a standard one."""
     tables, listed = top.optional_table("variation"), set(names)
     for name in tables:
@@ -44,7 +44,7 @@ def check_variations(top: Table, names: Iterable[str]) -> None:
             raise tables.complaint(name, "is not in the list `rigs`; add it there or remove the table")
 
 
-def _named(name: str, top: Table, rig: Rig) -> Rig:
+def _named(name: str, top: ConfigTable, rig: Rig) -> Rig:
     """A standard variation, or the rig of a file."""
     if not name.endswith(".toml"):
         return variation(rig, name)
@@ -53,7 +53,7 @@ def _named(name: str, top: Table, rig: Rig) -> Rig:
     return replace(other, name=Path(name).stem)
 
 
-def _varied(rig: Rig, table: Table) -> Rig:
+def _varied(rig: Rig, table: ConfigTable) -> Rig:
     """The rig with factors on its numbers, and with other values."""
     factors, values = table.optional_table("factors"), table.optional_table("values")
     if not len(factors) + len(values):
@@ -66,7 +66,7 @@ def _varied(rig: Rig, table: Table) -> Rig:
     return table.about("values" if len(values) else "factors", lambda: rig.with_values(**changed))
 
 
-def _known(rig: Rig, table: Table) -> dict[str, str]:
+def _known(rig: Rig, table: ConfigTable) -> dict[str, str]:
     """SI units of the numbers that a table names."""
     table.allow(*rig.numbers)
     return {name: rig.numbers[name].si for name in table}

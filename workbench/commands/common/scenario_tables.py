@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.reach import check_flow, check_reach
 from ...loop.scenarios import SCENARIOS, Scenario, scenario
@@ -22,7 +22,7 @@ _COURSES = ("rate", "frequency", "file", "road", "profile")
 _LARGE = 1e12
 
 
-def read_scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
+def read_scenarios(top: ConfigTable, rig: Rig) -> tuple[Scenario, ...]:
     """What `scenarios` lists: names of SCENARIOS, and of the experiment's own tables, whose references are planned on a
     rig. Raises InputError."""
     tables = top.optional_table("scenario")
@@ -34,7 +34,7 @@ def read_scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
     return tuple(own[name] if name in own else scenario(name, where) for name in names)
 
 
-def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Rig]) -> None:
+def check_scenarios(top: ConfigTable, scenarios: Iterable[Scenario], rigs: Iterable[Rig]) -> None:
     """Raises InputError for a scenario that is out of the reach of one of the rigs, and for a course of one's own that
     takes more flow than the weakest of them has."""
     every = list(rigs)
@@ -44,7 +44,7 @@ def check_scenarios(top: Table, scenarios: Iterable[Scenario], rigs: Iterable[Ri
         top.about("scenarios", lambda each=each: check_flow(each, every))
 
 
-def _own(name: str, tables: Table, rig: Rig) -> Scenario:
+def _own(name: str, tables: ConfigTable, rig: Rig) -> Scenario:
     table = tables.table(name, *_KEYS)
     table.named(name)
     if name in SCENARIOS:
@@ -79,7 +79,7 @@ def _own(name: str, tables: Table, rig: Rig) -> Scenario:
     return Scenario(name, signal, size, table.quantity("duration", DURATION), **further)
 
 
-def _road(name: str, table: Table, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
+def _road(name: str, table: ConfigTable, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
     """A random road over the `duration`, from its first height on."""
     from ...records.road import CLASSES, road
 
@@ -97,12 +97,12 @@ def _road(name: str, table: Table, signal: str, further: dict[str, Any], rig: Ri
     return Scenario(name, signal, float(np.ptp(heights)), duration, waveform=waveform, **further)
 
 
-def _quantity(table: Table, key: str, si: str, meaning: str, low: float = 0.0) -> float:
+def _quantity(table: ConfigTable, key: str, si: str, meaning: str, low: float = 0.0) -> float:
     """A number of the table, 0 where it has none."""
     return table.quantity(key, Spec(si, low, _LARGE, meaning)) if key in table else 0.0
 
 
-def _check_keys(table: Table) -> None:
+def _check_keys(table: ConfigTable) -> None:
     """Raises InputError for a key that another one must go with."""
     for key, needed in (("slow", "file"), ("acceleration", "profile"), ("jerk", "profile")):
         if key in table and needed not in table:
@@ -111,7 +111,7 @@ def _check_keys(table: Table) -> None:
         raise table.complaint("travel", "not together with profile; remove one")
 
 
-def _far_end(table: Table) -> dict[str, float]:
+def _far_end(table: ConfigTable) -> dict[str, float]:
     """How far and how fast the specimen's far end moves, where it does."""
     if "profile" in table:
         return {}
@@ -126,7 +126,7 @@ def _far_end(table: Table) -> dict[str, float]:
     }
 
 
-def _start(table: Table) -> dict[str, float]:
+def _start(table: ConfigTable) -> dict[str, float]:
     """Where the jack starts: a share of the stroke limit as a plain number, or a position from mid stroke."""
     value = table.values.get("start", 0.0)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -136,7 +136,7 @@ def _start(table: Table) -> dict[str, float]:
     return {"start_share": float(value)}
 
 
-def _waveform(name: str, table: Table, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
+def _waveform(name: str, table: ConfigTable, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
     """The course of a file, from its first row on."""
     from ...loop.capability import capability
     from ...loop.reach import sampled_record, slowed_record

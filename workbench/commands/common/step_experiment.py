@@ -7,7 +7,7 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.signals import Signal
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.rig_variations import Conditions
@@ -44,7 +44,7 @@ def load_steps(path: str | Path, rig: str | None = None) -> StepConfig:
     return step_config(top, rig_of(top, path, rig))
 
 
-def step_config(top: Table, rig: Rig) -> StepConfig:
+def step_config(top: ConfigTable, rig: Rig) -> StepConfig:
     """The tables of a step experiment on a rig. Raises InputError."""
     top.allow(*KEYS)
     rig = with_specimen(rig, top.table("specimen")) if "specimen" in top else rig
@@ -67,7 +67,7 @@ def step_config(top: Table, rig: Rig) -> StepConfig:
     )
 
 
-def _scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
+def _scenarios(top: ConfigTable, rig: Rig) -> tuple[Scenario, ...]:
     scenarios = read_scenarios(top, rig)
     for other in scenarios[1:]:
         if other.signal != scenarios[0].signal:
@@ -77,7 +77,7 @@ def _scenarios(top: Table, rig: Rig) -> tuple[Scenario, ...]:
     return scenarios
 
 
-def _controller(tables: Table, name: str, signal: Signal, rig: Rig) -> ControllerSpec:
+def _controller(tables: ConfigTable, name: str, signal: Signal, rig: Rig) -> ControllerSpec:
     controller = controller_spec(name, tables.table(name)).knowing(rig)
     try:
         controlled = controller.build(rig.period.value).measures[0]

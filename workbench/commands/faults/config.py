@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.fault_trial import FaultLoops, FaultTrials
@@ -54,7 +54,7 @@ def _signals(specs: list[ControllerSpec], rig: Rig) -> list[str]:
     return sorted({spec.build(rig.period.value).measures[0] for spec in specs}, reverse=True)
 
 
-def _loops(table: Table, nominal: Rig, signal: str, specs: list[ControllerSpec]) -> FaultLoops:
+def _loops(table: ConfigTable, nominal: Rig, signal: str, specs: list[ControllerSpec]) -> FaultLoops:
     steps = table.table("steps", *_STEPS)
     rig = nominal
     if signal == "force":

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...base.errors import nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...linear.state_space import StateSpace, state_space, transfer_function, tustin
 from ...rigs.rig import Rig
@@ -46,7 +46,7 @@ def load_inverse(path: str | Path, rig: str | None = None, plants: int | None = 
     return InverseConfig(record, over, preview, length, band, outer)
 
 
-def _outer(table: Table, rig: Rig, period: float) -> StateSpace:
+def _outer(table: ConfigTable, rig: Rig, period: float) -> StateSpace:
     """The transfer function of a table from a signal to the reference, sampled by Tustin's rule; SI."""
     table.allow("signal", "numerator", "denominator")
     signal = table.word("signal", rig.sensors, "force")

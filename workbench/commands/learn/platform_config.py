@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.platform_controller import PlatformSpec
 from ...loop.platform.learning import PayloadDraw
@@ -36,7 +36,7 @@ class PlatformLearnConfig:
     iterations: int
 
 
-def platform_learning(top: Table, path: Path, rig: str | None, plants: int | None) -> PlatformLearnConfig:
+def platform_learning(top: ConfigTable, path: Path, rig: str | None, plants: int | None) -> PlatformLearnConfig:
     """The tables of such an experiment; `rig` and `plants` replace what they say. Raises InputError."""
     top.word("experiment", ["learn"])
     top.allow(*_KEYS)
@@ -50,7 +50,7 @@ def platform_learning(top: Table, path: Path, rig: str | None, plants: int | Non
     return PlatformLearnConfig(record, motion, controller, sines, top.count("iterations"))
 
 
-def _drawn(top: Table, plants: int | None) -> PayloadDraw | None:
+def _drawn(top: ConfigTable, plants: int | None) -> PayloadDraw | None:
     if draws_nothing(top, plants, "draw"):
         return None
     table = top.table("draw", "mass", "inertia", "centre")

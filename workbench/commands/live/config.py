@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import echo
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...loop.rig_variations import variation
 from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched
@@ -59,7 +59,7 @@ def _usual_rigs(rig: Rig) -> dict[str, Rig]:
     return {name: variation(rig, name) for name in (RIGS if rig.is_jack else RIGS[:1])}
 
 
-def _of_bench(path: Path, top: Table) -> LiveConfig:
+def _of_bench(path: Path, top: ConfigTable) -> LiveConfig:
     bench = load_bench(path)
     loop = bench.loops[0]
     shown = loop.rig, loop.signal, loop.controllers, loop.scenarios, loop.bode

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from ...base.errors import InputError
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ..common.experiment import data_files, read_experiment
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
@@ -45,7 +45,7 @@ def _retune(options: argparse.Namespace, words: list[str]) -> None:
     finish(options, words, name, identity, partial(run_retune, config, jobs=jobs(options)))
 
 
-def _retune_platform(options: argparse.Namespace, words: list[str], top: Table) -> None:
+def _retune_platform(options: argparse.Namespace, words: list[str], top: ConfigTable) -> None:
     """Laws on modes follow the found platform by formulas: nothing is searched."""
     for name in ("controller", "trials"):
         if getattr(options, name) is not None:

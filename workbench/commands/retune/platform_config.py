@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.platform_controller import LEGS
 from ..run.platform_config import PlatformConfig, platform_config
 
@@ -27,7 +27,7 @@ class PlatformRetune:
 
     declared: PlatformConfig
     found: PlatformConfig
-    top: Table
+    top: ConfigTable
     path: Path
     rig: str
 
@@ -42,7 +42,7 @@ class PlatformRetune:
         return platform_config(self.top.replaced({**self.top.values, "controllers": tables}), self.path, self.rig)
 
 
-def load_platform_retune(top: Table, path: Path, rig: str | None, found: str) -> PlatformRetune:
+def load_platform_retune(top: ConfigTable, path: Path, rig: str | None, found: str) -> PlatformRetune:
     """The experiment on both, `rig` in place of the declared one where it is given.
 
     Raises InputError with file and key, and where no controller has laws on modes.

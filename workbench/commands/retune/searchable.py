@@ -7,7 +7,7 @@ from typing import Any
 
 from ...base.errors import echo, nearest
 from ...base.signals import SIGNALS
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import is_number
@@ -21,7 +21,7 @@ TRIALS = 60
 _SHARED = ("rig", "plant", "ideal")
 
 
-def searchable(top: Table, path: Path, rig: Rig, name: str | None) -> Table:
+def searchable(top: ConfigTable, path: Path, rig: Rig, name: str | None) -> ConfigTable:
     """The tune experiment: a tune experiment itself, or that of the controller `name` of a run or bench experiment.
 
     A signal's scenarios that end and the bench's variations of the rig count, with the usual weights. A number that is
@@ -38,12 +38,12 @@ def searchable(top: Table, path: Path, rig: Rig, name: str | None) -> Table:
     return top if kind == "tune" else _tune_table(top, rig, name or next(iter(tables)), tables)
 
 
-def _own(top: Table) -> dict[str, Table]:
+def _own(top: ConfigTable) -> dict[str, ConfigTable]:
     tables = top.optional_table("controllers")
     return {name: tables.table(name) for name in tables}
 
 
-def _tune_table(top: Table, rig: Rig, name: str, tables: Mapping[str, Table]) -> Table:
+def _tune_table(top: ConfigTable, rig: Rig, name: str, tables: Mapping[str, ConfigTable]) -> ConfigTable:
     spec = controller_spec(name, tables[name]).knowing(rig)
     signal = spec.build(rig.period.value).measures[0]
     scenarios = [each for each in read_scenarios(top, rig) if each.signal == signal and each.arrives is not None]
@@ -69,14 +69,14 @@ def _tune_table(top: Table, rig: Rig, name: str, tables: Mapping[str, Table]) ->
     )
 
 
-def _rigs(top: Table, signal: str) -> list[str]:
+def _rigs(top: ConfigTable, signal: str) -> list[str]:
     """The nominal rig and the bench's other variations; files of other rigs are no variations of the one found."""
     listed = top.values.get("rigs", [])
     listed = listed.get(signal, []) if isinstance(listed, Mapping) else listed
     return ["nominal", *(name for name in listed if name != "nominal" and not name.endswith(".toml"))]
 
 
-def _bode(bode: Table, signal: str, rig: Rig) -> dict[str, Any]:
+def _bode(bode: ConfigTable, signal: str, rig: Rig) -> dict[str, Any]:
     """With a bench's amplitudes, which are shares of what the rig can, in the signal's unit."""
     if "amplitudes_percent" not in bode:
         return dict(bode.values)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.signals import Signal
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.rig_variations import ALL, known_to
@@ -69,7 +69,7 @@ def load_robustness(path: str | Path, rig: str | None = None, plants: int | None
 
 
 def read_drawn_steps(
-    table: Table,
+    table: ConfigTable,
     nominal: Rig,
     signal: Signal,
     controllers: tuple[ControllerSpec, ...],
@@ -99,7 +99,7 @@ def read_drawn_steps(
     )
 
 
-def _known(table: Table) -> float:
+def _known(table: ConfigTable) -> float:
     """The share of its range to which each number is known, either way."""
     known = table.positive("known", "%")
     if known > ALL:
@@ -107,7 +107,7 @@ def _known(table: Table) -> float:
     return known / 100
 
 
-def _signal(table: Table, controllers: tuple[ControllerSpec, ...], rig: Rig) -> Signal:
+def _signal(table: ConfigTable, controllers: tuple[ControllerSpec, ...], rig: Rig) -> Signal:
     """The signal that all controllers control. Raises InputError for different ones, or a force on nothing."""
     names = [spec.build(rig.period.value).measures[0] for spec in controllers]
     for spec, name in zip(controllers, names, strict=True):

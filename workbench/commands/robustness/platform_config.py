@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.platform.steps import AxisStep, PlatformDraw
 from ...rigs.platform import AXES
@@ -26,7 +26,7 @@ class PlatformRobustness(PlatformExperiment):
     draw: PlatformDraw
 
 
-def platform_robustness(top: Table, path: Path, rig: str | None, plants: int | None) -> PlatformRobustness:
+def platform_robustness(top: ConfigTable, path: Path, rig: str | None, plants: int | None) -> PlatformRobustness:
     """The tables of the file; `rig` and `plants` replace what it says. Raises InputError with file, line and key."""
     top.word("experiment", ["robustness"])
     top.allow(*KEYS)

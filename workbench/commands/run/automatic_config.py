@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.automatic_tuning import READ, pulses
 from ...control.controller_spec import ControllerSpec
 from ...loop.scenarios import Scenario
@@ -58,7 +58,7 @@ class AutomaticConfig:
         return self.drawn.source
 
 
-def automatic_config(top: Table, rig: Rig) -> AutomaticConfig:
+def automatic_config(top: ConfigTable, rig: Rig) -> AutomaticConfig:
     """The tables of the experiment on a rig. Raises InputError."""
     from ...loop.automatic import self_tuning  # builds plants, which a refusal does not need
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.controller_spec import read_numbers
 from ...control.protocol import design_numbers, number
 from ...rigs.rig import Rig
@@ -66,18 +66,18 @@ def load_config(path: str | Path, rig: str | None = None) -> Config:
     return kinds[kind](top, rig_of(top, path, rig))
 
 
-def _paper(top: Table, rig: Rig) -> PaperConfig:
+def _paper(top: ConfigTable, rig: Rig) -> PaperConfig:
     top.allow("experiment", "rig", "points")
     _three_stages(top, rig)
     return PaperConfig(rig, top.count("points", 5, MOST_POINTS), top.values)
 
 
-def _three_stages(top: Table, rig: Rig) -> None:
+def _three_stages(top: ConfigTable, rig: Rig) -> None:
     if not rig.valve_kind.has_pilot:
         raise top.complaint("rig", f"{rig.name} has no three-stage valve, which is what the paper is about")
 
 
-def _corrector(top: Table, rig: Rig) -> CorrectorConfig:
+def _corrector(top: ConfigTable, rig: Rig) -> CorrectorConfig:
     from ...identify.datasheet.corrector import Maker
 
     top.allow("experiment", "rig", "points", "current_limit", "least_damping", "maker")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.platform.steps import AxisStep
 from ...rigs.platform import AXES, Platform
@@ -60,7 +60,7 @@ class PlatformConfig(PlatformExperiment):
     record: PlatformRecord | None
 
 
-def platform_config(top: Table, path: Path, rig: str | None) -> PlatformConfig:
+def platform_config(top: ConfigTable, path: Path, rig: str | None) -> PlatformConfig:
     """The tables of an experiment on a platform; `rig` replaces the one it names. Raises InputError."""
     top.allow(*KEYS)
     shared = platform_experiment(top, path, rig)
@@ -79,20 +79,20 @@ def platform_config(top: Table, path: Path, rig: str | None) -> PlatformConfig:
     )
 
 
-def _sines(table: Table, platform: Platform) -> Sines:
+def _sines(table: ConfigTable, platform: Platform) -> Sines:
     frequencies = table.numbers("frequencies_hz", "[1, 5]")
     if min(frequencies) < 0.1 or max(frequencies) > 0.05 / platform.period:
         raise table.complaint("frequencies_hz", f"must be between 0.1 and {0.05 / platform.period:g} Hz")
     return Sines(frequencies, table.quantity("amplitude", Spec("m", 1e-6, 1.0, "amplitude at the joints")))
 
 
-def _variations(table: Table) -> dict[str, dict[str, float]]:
+def _variations(table: ConfigTable) -> dict[str, dict[str, float]]:
     """Payloads by name: numbers that are others than the platform's."""
     parts = {name: table.table(name, *PAYLOAD) for name in table}
     return {name: {key: part.quantity(key, PAYLOAD[key]) for key in part} for name, part in parts.items()}
 
 
-def _workspace(table: Table) -> Workspace:
+def _workspace(table: ConfigTable) -> Workspace:
     specs = {"box": (_LENGTH, _ANGLE), "speeds": (_SPEED, _TURNING)}
     parts = {}
     for key, (linear, angular) in specs.items():

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec, controller_spec
 from ...loop.capability import Capability, capability
@@ -90,7 +90,7 @@ def load_sines(path: str | Path, rig: str | None = None, plants: int | None = No
     )
 
 
-def _harmonics(top: Table) -> int:
+def _harmonics(top: ConfigTable) -> int:
     """The highest order that is taken out, 1 for none; raises InputError for one that is not looked at."""
     highest = top.count("harmonics") if "harmonics" in top else ORDERS[0]
     if highest not in ORDERS:
@@ -128,14 +128,14 @@ def asked_sines(
     return tuple(sines)
 
 
-def _share(top: Table, key: str) -> float:
+def _share(top: ConfigTable, key: str) -> float:
     share = top.positive(key)
     if share > 1:
         raise top.complaint(key, "a share, at most 1")
     return share
 
 
-def _controllers(top: Table, path: Path, rig: Rig) -> tuple[tuple[ControllerSpec, ...], dict[str, Any]]:
+def _controllers(top: ConfigTable, path: Path, rig: Rig) -> tuple[tuple[ControllerSpec, ...], dict[str, Any]]:
     """The controllers of the file and of other files, and their tables. Raises InputError for a force loop."""
     own = top.optional_table("controllers")
     tables = borrowed_controllers(top.optional_table("from"), path.parent) | {name: own.table(name) for name in own}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import echo
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...control.network import Network
 from ...loop.tuning.problem import Searched
 from .. import COMMANDS
@@ -63,7 +63,7 @@ def load_train(path: str | Path, rig: str | None = None) -> TrainConfig:
     return TrainConfig(**{**shared, "source": top.values}, seeds=seeds, network=network)
 
 
-def _seeds(top: Table) -> tuple[int, ...]:
+def _seeds(top: ConfigTable) -> tuple[int, ...]:
     seeds = top.numbers("seeds", "[1, 2, 3]")
     if len(set(seeds)) < len(seeds) or any(seed % 1 or seed < 0 for seed in seeds):
         raise top.complaint("seeds", "must be different whole numbers, 0 or more; a run is made with each")

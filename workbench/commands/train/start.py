@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...control.network import Layer, Memory, Network, read_network
 from ...rigs.rig import Rig
@@ -34,7 +34,7 @@ def place_of_policy(controller: Mapping[str, Any]) -> tuple[str | int, ...]:
     return ("compensators", len(controller.get("compensators", [])), "network")
 
 
-def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> tuple[Network, bool]:
+def read_start(top: ConfigTable, beside: Path, rig: Rig, signal: str) -> tuple[Network, bool]:
     """The table `network` of an experiment whose controlled signal is given, or the file that it names; and whether it
     is to stay odd, without biases: what a jack whose sides are alike needs.
 
@@ -61,7 +61,7 @@ def read_start(top: Table, beside: Path, rig: Rig, signal: str) -> tuple[Network
     return network, odd
 
 
-def _further(table: Table, nyquist: float) -> list[float]:
+def _further(table: ConfigTable, nyquist: float) -> list[float]:
     """Corners of further low passes [Hz]; none without the key."""
     corners = list(table.numbers("further", "[1, 8]")) if "further" in table else []
     if any(not 1e-3 <= corner <= nyquist for corner in corners) or len(corners) > _MOST_FURTHER:

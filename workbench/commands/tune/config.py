@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import echo
-from ...base.table import Table, TableLocation
+from ...base.table import ConfigTable, TableLocation
 from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched, TuneProblem
 from ...rigs.rig import Rig
@@ -75,7 +75,7 @@ def load_tune(path: str | Path, rig: str | None = None) -> TuneConfig:
     return tune_config(top, rig or rig_name(top), rig_of(top, path, rig))
 
 
-def tune_config(top: Table, named: str, rig: Rig, further: tuple[Searched, ...] = ()) -> TuneConfig:
+def tune_config(top: ConfigTable, named: str, rig: Rig, further: tuple[Searched, ...] = ()) -> TuneConfig:
     """The tables of a tune experiment on a rig, which was `named` so. Raises InputError.
 
     `further`: weights of a network that are searched besides the numbers with low and high.
@@ -125,7 +125,7 @@ def _filled(table: Mapping[str, Any], searched: tuple[Searched, ...], values: Ma
     return whole
 
 
-def _searched(table: Table, path: tuple[str | int, ...]) -> list[Searched]:
+def _searched(table: ConfigTable, path: tuple[str | int, ...]) -> list[Searched]:
     """Every number with an end in a controller's table and in its compensators'."""
     searched = []
     for key, entry in table.values.items():
@@ -139,7 +139,7 @@ def _searched(table: Table, path: tuple[str | int, ...]) -> list[Searched]:
     return searched
 
 
-def _range(entry: Table, path: tuple[str | int, ...]) -> Searched:
+def _range(entry: ConfigTable, path: tuple[str | int, ...]) -> Searched:
     low, high, unit, log = entry.number("low"), entry.number("high"), entry.text("unit"), entry.flag("log", False)
     if not low < high or (log and low <= 0):
         raise entry.error(f"low must be below high{', and above 0 for log' if log else ''}")
@@ -149,7 +149,7 @@ def _range(entry: Table, path: tuple[str | int, ...]) -> Searched:
     return Searched(path, unit, low, high, start, log)
 
 
-def _rigs(top: Table, start: StepConfig) -> dict[str, Rig]:
+def _rigs(top: ConfigTable, start: StepConfig) -> dict[str, Rig]:
     if top.words("rigs", "nominal")[0] != "nominal":
         raise top.complaint("rigs", 'must be a list of different names, "nominal" first')
     rigs = read_rig_set(top, "rigs", top, start.rig)
@@ -163,7 +163,7 @@ def _rigs(top: Table, start: StepConfig) -> dict[str, Rig]:
 
 def read_weights(weights: Mapping[str, Any], place: TableLocation | str) -> dict[str, float]:
     """The weights of the cost, one or more, each in the unit of WEIGHTS. Raises InputError, opened by `place`."""
-    table = Table(weights, place, *WEIGHTS)
+    table = ConfigTable(weights, place, *WEIGHTS)
     if not len(table):
         raise table.error(f"missing; give some of {', '.join(f'{k} [{u}]' for k, u in WEIGHTS.items())}")
     return {key: table.positive(key, WEIGHTS[key]) for key in table}

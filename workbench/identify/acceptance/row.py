@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...base.errors import InputError, nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.toml import read_toml
 
 CONFIDENCE = 0.95
@@ -96,7 +96,7 @@ def read_limits(path: str | Path) -> dict[str, AcceptanceLimit]:
     return {name: _limit(top.table(name, "maker", "low", "high")) for name in top}
 
 
-def _limit(table: Table) -> AcceptanceLimit:
+def _limit(table: ConfigTable) -> AcceptanceLimit:
     maker = table.values.get("maker")
     if isinstance(maker, bool) or not isinstance(maker, str | int | float | None):
         raise table.complaint("maker", "write a number in the line's unit, or words in quotes")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.errors import InputError, nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.units import Spec
 from ..number import Number, number_entry, read_number
 
@@ -45,7 +45,7 @@ class PlatformEffect:
         return f"leg{self.leg}.{self.name}" if self.leg else self.name
 
 
-def read_platform_effects(tables: Sequence[Table], legs: int) -> tuple[PlatformEffect, ...]:
+def read_platform_effects(tables: Sequence[ConfigTable], legs: int) -> tuple[PlatformEffect, ...]:
     """The tables [[effects]] of a platform's file. Raises InputError with file and row."""
     effects = tuple(_read(table, legs) for table in tables)
     for place, (table, effect) in enumerate(zip(tables, effects, strict=True)):
@@ -54,7 +54,7 @@ def read_platform_effects(tables: Sequence[Table], legs: int) -> tuple[PlatformE
     return effects
 
 
-def _read(table: Table, legs: int) -> PlatformEffect:
+def _read(table: ConfigTable, legs: int) -> PlatformEffect:
     name = table.text("name")
     if name not in EFFECTS:
         raise table.complaint("name", f'a platform has no effect "{name}"; {nearest(name, EFFECTS)}')

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import InputError, nearest
-from ...base.table import Table
+from ...base.table import ConfigTable
 from ...base.toml import read_toml
 from ...base.toml_text import toml_text
 from ...base.units import Spec, to_si
@@ -68,12 +68,12 @@ def _read(path: Path, shown: str) -> Platform:
     return Platform(name, top.text("title", ""), top.text("source", ""), numbers, legs, effects)
 
 
-def _numbers(top: Table, name: str, specs: Mapping[str, Spec]) -> dict[str, Number]:
+def _numbers(top: ConfigTable, name: str, specs: Mapping[str, Spec]) -> dict[str, Number]:
     table = top.table(name, *specs)
     return {key: read_number(table, key, spec) for key, spec in specs.items()}
 
 
-def _rig(table: Table, load: Callable[[str], Rig]) -> Rig:
+def _rig(table: ConfigTable, load: Callable[[str], Rig]) -> Rig:
     """The jack of a table of legs."""
     rig = table.about("rig", lambda: load(table.text("rig")))
     if not rig.is_jack:
@@ -81,19 +81,19 @@ def _rig(table: Table, load: Callable[[str], Rig]) -> Rig:
     return _with_own(rig, table.optional_table("jack"))
 
 
-def _leg(shared: Table, own: Table, common: Rig, load: Callable[[str], Rig]) -> Leg:
+def _leg(shared: ConfigTable, own: ConfigTable, common: Rig, load: Callable[[str], Rig]) -> Leg:
     numbers = {key: read_number(own if key in own else shared, key, spec) for key, spec in LEG.items()}
     rig = _rig(own, load) if "rig" in own else _with_own(common, own.optional_table("jack"))
     (base, base_source), (joint, joint_source) = (_point(own, end) for end in ("base", "joint"))
     return Leg(rig, base, joint, numbers, (base_source, joint_source))
 
 
-def _with_own(rig: Rig, table: Table) -> Rig:
+def _with_own(rig: Rig, table: ConfigTable) -> Rig:
     values = {key: read_number(table, key, rig.specs[key]).value for key in table.allow(*rig.specs)}
     return table.about("", lambda: rig.with_values(**values)) if values else rig
 
 
-def _point(leg: Table, key: str) -> tuple[Point, str]:
+def _point(leg: ConfigTable, key: str) -> tuple[Point, str]:
     entry = leg.table(key, "at", "unit", "source")
     at = entry.numbers("at", "[1.0, 0.0, 0.0]")
     if len(at) != 3:
