@@ -15,7 +15,8 @@ from . import object_cache
 from .codegen import module
 from .jobs import Batch, OutputJob, RunJob, Stepping
 
-_SHORT = 50  # intervals or rows: where nothing is absurd, less than a thread takes to start
+_SHORT = 1000  # intervals, of a ms each some us: where nothing is absurd, they are over before a Ctrl-C is missed
+_SHORT_LOOK = 20_000  # rows of outputs, of some ns each
 _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about as long as fewer of them
 
 
@@ -349,7 +350,7 @@ def _share(call: Callable[[int], None], job: RunJob | OutputJob, lanes: int, row
     long, and stops it before it goes on with an exception.
     """
     address = ctypes.addressof(job)
-    if lanes * rows <= _SHORT:
+    if lanes * rows <= (_SHORT if isinstance(job, RunJob) else _SHORT_LOOK):
         if lanes * rows:
             call(address)
         return
