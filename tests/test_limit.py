@@ -11,7 +11,7 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.limit.steps import placed_steps
+from workbench.commands.limit.study import placed_steps
 from workbench.engine.collocation import MotionConstraints
 from workbench.engine.fastest import Aim, Course, fastest_course
 from workbench.loop import limit as limits

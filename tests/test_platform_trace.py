@@ -14,8 +14,7 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.platform_scene import MARK
 from workbench.commands.record import platform as record
 from workbench.commands.record.platform import platform_plan
-from workbench.commands.trace.legs_page import sentence
-from workbench.commands.trace.platform import leg_effects
+from workbench.commands.trace.platform import leg_effects, sentence
 from workbench.identify.found.legs import platform_answer, suspected
 from workbench.plant.effects import find, known_effects
 from workbench.rigs.number import Number

@@ -12,7 +12,7 @@ from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.record.platform import platform_plan, run_platform_record
 from workbench.commands.trace.payload import payload_numbers
-from workbench.commands.trace.wrench_items import pointed_at, wrench_sentence
+from workbench.commands.trace.platform import pointed_at, wrench_sentence
 from workbench.identify.found.wrench import wrench_answer
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig

@@ -27,7 +27,7 @@ from workbench.commands.residual.platform import legs_sentence
 from workbench.commands.retune.page import _unseen
 from workbench.commands.robustness.page import _verdict as robustness_verdict
 from workbench.commands.robustness.platform_page import _verdict as platform_verdict
-from workbench.commands.run.step_page import _verdict as step_verdict
+from workbench.commands.run.steps import _verdict as step_verdict
 from workbench.commands.tune.page import reached
 from workbench.commands.watch.page import _alarms, _forecast
 from workbench.commands.watch.rigs import _page as rigs_page

@@ -12,11 +12,9 @@ from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
 from workbench.commands.trace.effect_words import EFFECT
-from workbench.commands.trace.figures import telling
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
-from workbench.commands.trace.page import _shape, _where, trace_page
+from workbench.commands.trace.page import _shape, _where, shape_tables, telling, trace_page
 from workbench.commands.trace.reasons import reason
-from workbench.commands.trace.shape_page import shape_tables
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.found.detectability import undetectable
 from workbench.identify.found.missing_shape import UnexplainedDisturbance, missing_shape

@@ -2,6 +2,6 @@
 
 model          the plant's graphs, variables and start values; its controller, where one is inside
 platform       the same of a platform on six jacks
-description    modelDescription.xml
-archive        the graphs as C, compiled with fmu.c and fmi2.h, in one file; compiler, of this machine
+archive        modelDescription.xml and the graphs as C, compiled with fmu.c and fmi2.h, in one file
+compiler       of this machine
 """

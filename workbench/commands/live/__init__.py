@@ -7,7 +7,6 @@ plants      the rigs of the set, with the numbers that were moved
 view        what a loop does there: margins, responses, steps, and what is out of the goals
 after       what takes longer: the closed loop by sines, and hunting
 limit       how soon anything could settle there, by a process of its own
-packed      arrays as text that a browser reads at once
 session     requests of the page, and their answers
 page        the page; assets has its script and its style
 saved       the numbers as an experiment that `jackbench run` takes

@@ -1,5 +1,6 @@
 """What a view shows, in the units that people are shown, as the page's script reads it."""
 
+from base64 import b64encode
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from ...base.signals import Signal
 from ...base.units import from_si
 from ...loop.plant_lanes import PlantLanes
 from .after import AfterPart
-from .packed import number, packed
 from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words, within_words
 
 _LOWEST = 0.1  # Hz, of what is shown
@@ -149,3 +149,13 @@ def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
         "watched": number(float(steps.t[-1]) - (task.scenario.arrives or 0.0)),
         "end": number(end),
     }
+
+
+def packed(values: np.ndarray) -> str:
+    """Values [k] or [lanes, k], row after row; what is not finite is NaN."""
+    return b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
+def number(value: float | None) -> float | None:
+    """A number for JSON, None where there is none."""
+    return None if value is None or not np.isfinite(value) else float(f"{value:.6g}")

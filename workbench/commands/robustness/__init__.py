@@ -1,7 +1,7 @@
 """`jackbench robustness EXPERIMENT`: every controller on thousands of plants, drawn over what is uncertain of a rig.
 
 options, config    what it is asked; the experiment file
-study, page, linear_page    all rows; the report
+study, page    all rows; the report
 platform_config, platform_study, platform_page    the same of a platform on six jacks
 
 The plants, their loops and steps are in loop/robustness and loop/platform.

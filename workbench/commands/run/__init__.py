@@ -1,8 +1,8 @@
 """`jackbench run EXPERIMENT`.
 
 paper               the paper's figures
-steps, step_page    step experiments and their report
+steps               step experiments and their report
 corrector           correctors in the spool loop
-automatic_config, automatic, automatic_page    automatic tuning runs on a set of rigs and on drawn plants
+automatic_config, automatic    automatic tuning runs on a set of rigs and on drawn plants
 platform_config, platform_study, platform_page    six jacks under one platform
 """

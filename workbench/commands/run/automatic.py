@@ -1,6 +1,7 @@
 """The automatic tuning run on a set of rigs and on drawn plants: each tunes itself at mid stroke, then it is judged."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -26,12 +27,18 @@ from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.scenarios import Scenario
 from ...loop.sensors import logged_lanes, settling_band
 from ...plant import build
-from ...report import Figure, Page
+from ...report import Figure, Page, Section
 from ..common.design_numbers import Subject
+from ..common.judged import judged_words
+from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
-from ..robustness.page import robustness_figure
+from ..robustness.page import robustness_figure, robustness_page
 from .automatic_config import AutomaticConfig
-from .automatic_page import automatic_page
+
+_KEYS = (
+    "scenario", "rig", "gain", "pressure_gain", "settling_s", "overshoot_percent", "residual_oscillation", "stable",
+    "ms", "gain_margin_db", "tripped",
+)  # fmt: skip
 
 
 def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -131,3 +138,20 @@ def _counts(kept: Kept, gains: Mapping[str, np.ndarray]) -> dict[str, int]:
         "never": int((np.isnan(lanes["settling_s"]) | lanes["tripped"]).sum()),
         "no_swing": int((gains["pressure_gain"] == 0).sum()),
     }
+
+
+def automatic_page(
+    config: AutomaticConfig,
+    metrics: Mapping[str, Any],
+    lanes: Mapping[str, Mapping[str, np.ndarray]],
+    draw: Mapping[str, np.ndarray],
+) -> Page:
+    """Every rig with its own gains, then the plants."""
+    maker = MetricView.of(config.rig, config.drawn.signal, config.scenarios)
+    note = (
+        "Gains by rules, from small moves of each rig: of P [1/m] and of the pressure feedback [1/Pa]. "
+        f"{judged_words(config.drawn.conditions, config.rig)}"
+    )
+    first = Section("The rig set", [maker.table("Each tuned by itself", metrics["rows"], _KEYS, note)])
+    page = robustness_page(config.drawn, {**metrics, "rows": metrics["drawn"]}, lanes, draw)
+    return replace(page, title=f"Automatic tuning of {config.rig.name}", sections=[first, *page.sections])

@@ -1,20 +1,29 @@
 """Steps of a closed loop: metrics, margins at two operating points, closed-loop Bode linear and by stepped sine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
+from ...base.signals import SIGNALS
+from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LinearLoops, LoopSetup, judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
-from ...report import Figure, Page
+from ...loop.scenarios import Scenario
+from ...report import Figure, Page, Section, Table
 from ..common.design_numbers import Subject
+from ..common.fitted_plant import with_fit
+from ..common.judged import judged_words
+from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
+from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
-from ..common.sines import Sines, sines
+from ..common.sines import Sines, closed_loop_figure, sines
 from ..common.step_experiment import StepConfig
-from .step_page import step_page
+from ..common.time_figure import run_columns, time_figure, window, window_words
 
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -71,3 +80,97 @@ def _tables(
     for controller, responses in swept.items():
         tables |= {f"sine-{controller}-{size.replace(' ', '')}": columns for size, columns in responses.items()}
     return tables
+
+
+def step_page(
+    config: StepConfig,
+    rows: list[dict[str, Any]],
+    runs: dict[tuple[str, str], LoopRun],
+    loops: dict[str, LinearLoops],
+    sines: dict[str, Sines],
+) -> tuple[Page, Figure]:
+    """The report and its telling figure, from rows of metrics.json, runs by controller and scenario, linear loops and
+    sines by controller."""
+    figures = {scenario: step_figure(config, scenario, runs, rows) for scenario in config.scenarios}
+    page = Page(
+        f"{config.signal.name.capitalize()} loops on {config.rig.name}",
+        _verdict(config.scenarios, rows),
+        [
+            Section("Metrics", [_metrics_table(config, rows), margins_table(loops, config.signal)]),
+            Section("Time responses", list(figures.values())),
+            Section("Closed-loop Bode", [_bode(config, name, loops[name], sines[name]) for name in loops]),
+            Section("Sensitivity", [sensitivity_figure(loops)]),
+        ],
+    )
+    return with_fit(page, config.rig), figures[_judged(config.scenarios)]
+
+
+def _judged(scenarios: Sequence[Scenario]) -> Scenario:
+    """The scenario that the verdict is about: the middle one of the steps, or the first where there is none."""
+    steps = [scenario for scenario in scenarios if scenario.is_step] or list(scenarios[:1])
+    return steps[(len(steps) - 1) // 2]
+
+
+def _verdict(scenarios: Sequence[Scenario], rows: list[dict[str, Any]]) -> str:
+    """Who settles first in the scenario that is judged, or follows a course best, and who is unstable."""
+    judged = _judged(scenarios)
+    name, compared = judged.name, len({row["controller"] for row in rows}) > 1
+    settled = [row for row in rows if row["settling_s"] is not None and row["stable"] is not False]
+    bad = sorted({row["controller"] for row in rows if row["stable"] is False})
+    unstable = f" Unstable: {', '.join(bad)}." if bad else ""
+    able = [row for row in settled if row["scenario"] == name]
+    if not able and (followed := [] if judged.is_step else _followed(name, rows)):
+        best, signal = min(followed, key=lambda row: row["iae"]), SIGNALS[judged.signal]
+        error = float(from_si(best["iae"], signal.unit, signal.si))
+        follows = f"{best['controller']} follows{' best' * compared}"
+        return f"{name}: {follows}, with an IAE of {error:.3g} {signal.unit} s.{unstable}"
+    if not able:
+        ends = "settles" if judged.arrives is not None else "goes through it to its end"
+        return f"{name}: no stable controller {ends}.{unstable}"
+    best = min(able, key=lambda row: row["settling_s"])
+    margins = "without margins" if best["ms"] is None else f"at Ms {best['ms']:.2f}"
+    return (
+        f"{name}: {best['controller']} settles{' first,' * compared} in {best['settling_s']:.3g} s {margins}.{unstable}"
+    )
+
+
+def _followed(name: str, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows of a course that stable loops went through to its end."""
+    played = (row for row in rows if row["scenario"] == name and row["stable"] is not False)
+    return [row for row in played if row["iae"] is not None and row["tripped"] is None]
+
+
+def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
+    keys = ("scenario", "controller", "settling_s", "band", "overshoot_percent", "rise_s", "steady_state_error", "iae")
+    keys += (
+        "peak_command",
+        "saturated_s",
+        "cavitation_s",
+        "residual_oscillation",
+        "peak_deviation",
+        "stable",
+        "tripped",
+    )
+    note = (
+        "Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
+        f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
+        "command. Cavitation: a chamber below 0 bar."
+    )
+    note += "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks)
+    maker = MetricView.of(config.rig, config.signal, config.scenarios)
+    return maker.table("Metrics", rows, keys, note, best=("settling_s", "iae"))
+
+
+def step_figure(
+    config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun], rows: list[dict[str, Any]]
+) -> Figure:
+    """One scenario under every controller: controlled signal, command, pressures."""
+    columns = {c.name: run_columns(runs[c.name, scenario.name].record) for c in config.controllers}
+    shown = window(scenario, [row["settling_s"] for row in rows if row["scenario"] == scenario.name])
+    note = window_words(shown, scenario)
+    return time_figure(scenario.name, config.signal, columns, ("command", "pa"), shown, note)
+
+
+def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:
+    curves = [replace(curve, style="dash") for curve in closed_curves(pair, config.signal)]
+    return closed_loop_figure(name, curves, swept)

@@ -2,7 +2,6 @@
 
 options     what it is asked
 config      the rig as it is served
-study       the service: address, page, and what it leaves
+study       the service: address, page, and what it leaves; assets has the script and the style of the page
 figures     times as a histogram has them
-page        the page on which the rig is seen live; assets has its script and its style
 """

@@ -1,13 +1,21 @@
 """The service of a rig: it prints its address, serves until Ctrl-C, and leaves what its clock did."""
 
 import gc
+import json
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from html import escape
+from importlib.resources import files
+from string import Template
 from typing import Any
 
+from ...base.errors import InputError
+from ...base.signals import output_signal
+from ...base.units import from_si
+from ...link import datagrams
 from ...link.bench import bench
 from ...link.opc_ua import opc_ua_server, supervised_rig
 from ...link.paced import LockstepServer, RealTimeServer
@@ -17,12 +25,13 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.platform import Platform
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress, Stage
-from ..common.page_server import page_server
+from ..common.page_server import KINDS, Answers, Files, page_server
 from .config import Service
 from .figures import quantiles, steps
-from .page import RigPage, page_files
 
 _SWITCH_INTERVAL = 1e-5  # s: how long the page may keep the service waiting
+_SHOWN = ("position", "pa", "pb", "spool", "force", "supply")
+_SWITCHES = {"on": datagrams.ON, "off": datagrams.OFF, "reset": datagrams.RESET}
 
 
 def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Progress) -> Outcome:
@@ -133,3 +142,63 @@ def _figure(server: RigServer) -> Figure:
     }
     curves = [Curve(shown, *steps(counts)) for shown, counts in times.items() if counts.any()]
     return Figure("How often later", "time [us]", [Panel("share of all", curves, log_y=True)], log_x=True)
+
+
+class RigPage:
+    """What the page of a server shows, true values in the units that people read."""
+
+    def __init__(self, server: RigServer) -> None:
+        self._server, self._began = server, time.monotonic()
+        plant = server.rig.bench.plant
+        names = [name for name in plant.outputs if name.rpartition(".")[2] in _SHOWN]
+        self._shown = [(plant.output(name), name, output_signal(name)) for name in names]
+
+    def start(self) -> dict[str, Any]:
+        """What the page has to know before it asks."""
+        bench = self._server.rig.bench
+        limits = {limit.signal: list(limit.ends) for limit in bench.limits}
+        signals = [
+            {"name": name, "unit": s.unit, "limits": from_si(limits.get(name, []), s.unit, s.si).tolist()}
+            for _, name, s in self._shown
+        ]
+        commands = [{"name": each.name, "unit": "1", "limits": [each.low, each.high]} for each in bench.commands]
+        where = "udp://{}:{}".format(*self._server.address)
+        return {"rig": bench.name, "at": where, "period": bench.period, "signals": signals, "commands": commands}
+
+    @property
+    def answers(self) -> Answers:
+        """What the page may ask for, by name."""
+        return {"now": self._now, "switch": self._switch}
+
+    def _now(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        rig, server = self._server.rig, self._server
+        outputs = rig.outputs
+        values = [float(from_si(outputs[place], s.unit, s.si)) for place, _, s in self._shown]
+        return {
+            "t": time.monotonic() - self._began,
+            "state": rig.state,
+            "trip": rig.trip or "",
+            "watchdog": bool(rig.flags & datagrams.WATCHDOG),
+            "values": values,
+            "commands": rig.command,
+            "periods": server.periods,
+            "missed": server.pace.missed,
+            "dropped": server.dropped,
+        }
+
+    def _switch(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        what = asked.get("to")
+        if what not in _SWITCHES:
+            raise InputError("to: must be on, off or reset; reload the page")
+        self._server.wish(_SWITCHES[what])
+        return {}
+
+
+def page_files(start: Mapping[str, Any]) -> Files:
+    """Kind and content of what the page is made of, by name."""
+    assets = files("workbench") / "commands" / "serve" / "assets"
+    html = Template((assets / "page.html").read_text("utf-8"))
+    data = json.dumps(start, allow_nan=False).replace("<", "\\u003c")  # no text can end the script element
+    page = html.substitute(title=escape(f"{start['rig']} at {start['at']}"), start=data).encode()
+    own = {name: (KINDS[name.rpartition(".")[2]], (assets / name).read_bytes()) for name in ("rig.js", "rig.css")}
+    return {**own, "": (KINDS["html"], page)}

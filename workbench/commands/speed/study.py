@@ -1,5 +1,8 @@
 """The proof of speed: public solvers, this engine's back ends, batches and environments, side by side in one run."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,7 +25,6 @@ from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .loops import loop_times
-from .start import start_times
 
 if TYPE_CHECKING:
     from ...engine.floor import KernelTimeBound
@@ -37,6 +39,21 @@ _MARGINS = {
     "cpu_ms_with_plant": "with the plant's linearisation",
     "cpu_ms_in_lanes": "in lanes, with each plant's linearisation",
 }
+_CLI = "import sys; from workbench.cli import main; main(sys.argv[1:])"
+_SIMULATION = """
+import numpy as np
+from workbench import Engine, build, equilibrium, load_rig
+plant = build(load_rig("jack-10t"))
+Engine(plant).run(equilibrium(plant).x, np.arange(1001) * 1e-3, np.zeros((1001, len(plant.inputs))))
+"""
+_PROCESSES = {
+    "version": (_CLI, "--version"),
+    "numpy": ("import numpy",),
+    "list": (_CLI, "list", "rigs"),
+    "refusal": (_CLI, "run", "nothere.toml"),
+    "first_simulation": (_SIMULATION,),
+}
+_STARTS = 3
 
 
 @dataclass(frozen=True)
@@ -258,3 +275,15 @@ def _picture(batch: list[dict[str, Any]]) -> Figure:
         for name in ("easy", "hard")
     ]
     return Figure("Batches", "plants", [Panel("simulated seconds per second", curves, log_y=True)], log_x=True)
+
+
+def start_times() -> dict[str, float]:
+    """{"version_cpu_s": ...}: user and system time [s] of a new process; POSIX only, elsewhere 0."""
+    return {f"{name}_cpu_s": min(_cpu(words) for _ in range(_STARTS)) for name, words in _PROCESSES.items()}
+
+
+def _cpu(words: tuple[str, ...]) -> float:
+    before = os.times()
+    subprocess.run([sys.executable, "-c", *words], capture_output=True, check=False)
+    after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system

@@ -1,11 +1,11 @@
 """`jackbench trace CAMPAIGN`: the residual of a campaign, traced to what the model lacks.
 
 answer, metrics           the answer as an object and as plain numbers
-shape_page, learned_page  what an unknown disturbance looks like; what was learned, beside the library's formulas
-words, effect_words, tables, figures    what the report is made of
+learned_page              what was learned, beside the library's formulas
+words, effect_words, tables    what the report is made of
 reasons     what the rule says of a candidate, and the numbers by which it does
 without     names of effects that are not to be tried
-platform, legs_page, wrench_items    the campaign of a platform, leg by leg
+platform    the campaign of a platform, leg by leg
 payload     what is another number of a platform's payload
 when_new    what differs from a valve's sheet when it was new
 sheets, sheet_files, sheet_page    the same of frequency-response sheets

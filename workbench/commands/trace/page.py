@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from ...base.signals import SIGNALS
+from ...base.units import from_si
 from ...base.words import listed
+from ...identify.data.noise_floor import NoiseFloor
+from ...identify.fit.predict import Prediction
 from ...identify.found.detectability import undetectable
 from ...identify.found.fitted import fitted
 from ...identify.found.missing_shape import UnexplainedDisturbance
@@ -12,16 +18,14 @@ from ...identify.trace import rule as decide
 from ...identify.trace.findings import Trace
 from ...identify.trace.localise import likely_equations
 from ...plant.effects import Effect
-from ...report import Figure, Page, Section, Table
-from ..common.error_page import error_figure, error_table
+from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
+from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions, sessions_section, sessions_sentence
 from ..fit.page import ranges_figure
 from ..residual.study import noise_table
-from .figures import Pair, evidence_figure, signal_figure, telling
 from .learned_page import LearnedLaw, learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
-from .shape_page import shape_figure, shape_tables
 from .tables import (
     base_table,
     candidates_table,
@@ -39,6 +43,9 @@ from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, next_records, ver
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 _NO_CLUE = "The missing {} goes with no signal: none explains half of it, so that its shape over one would mislead."
 Item = Figure | Table | str
+SLICE = 1.0  # s, of the telling figure
+
+Pair = tuple[Prediction, Prediction]
 
 
 def trace_page(
@@ -188,3 +195,89 @@ def _signals(trace: Trace, pairs: Sequence[Pair], names: Sequence[str]) -> list[
         )
         for pair in pairs
     ]
+
+
+def shape_figure(of: UnexplainedDisturbance) -> Figure:
+    """The disturbance against the signal that explains most of it."""
+    assert of.points is not None
+    assert of.curve is not None
+    curves = [
+        Curve("estimate", of.points[:, 0], of.points[:, 1], "markers", color="#8c959f"),
+        Curve("mean", of.curve[:, 0], of.curve[:, 1], color="#d55e00"),
+    ]
+    line = f" It repeats at {of.line:.4g} Hz." if of.line else ""
+    return Figure(
+        f"The missing {of.name} over {of.signal.split(' [')[0]}",
+        of.signal,
+        [Panel(f"{of.name} [{of.unit}]", curves)],
+        note="What has to be added to the model in the windows with the largest errors, by a Kalman smoother on the "
+        f"linear model about the fit.{line}",
+    )
+
+
+def shape_tables(of: UnexplainedDisturbance) -> list[Table]:
+    """How much of the disturbance each signal explains; or what is off at the sensors."""
+    if of.sensors is not None:
+        columns = ["sensor", "offset [bar]", "gain [%]", "lag [ms]"]
+        note = "Means over the windows with the largest errors. A lag is positive where the sensor is late."
+        return [Table("What the pressure sensors would have to be off by", columns, of.sensors, note=note)]
+    rows = [[name, float(value)] for name, value in of.explained or []]
+    note = "Cross-validated R2 of a curve through one signal: 1 explains all of it, 0 or less nothing."
+    return [Table(f"What the missing {of.name} goes with", ["signal", "R2"], rows, note=note)]
+
+
+def evidence_figure(evidence: Sequence[tuple[str, float]], clear: float) -> Figure:
+    """How far each equation is behind the best in log-likelihood; from `clear` on it is told apart from it."""
+    places = np.arange(1.0, len(evidence) + 1)
+    least = clear / 10
+    behind = np.maximum([evidence[0][1] - gain for _, gain in evidence], least)
+    curve = Curve("disturbance in this equation", places, behind, "markers", AFTER)
+    ends = (0.8 * least, 1.5 * max(float(behind.max()), 2 * clear))
+    panel = Panel("behind the best [1]", [curve], True, ends, (Mark(clear, "clear from here on"),))
+    return Figure(
+        "Evidence of a disturbance, by equation",
+        "equation",
+        [panel],
+        note="A random disturbance is added to one equation at a time; the one that makes the errors most likely, here "
+        f"at the lower edge, is where the model lacks something. One that is less than {clear:.0f} behind it in "
+        "log-likelihood is not told apart from it.",
+        x_names=[name for name, _ in evidence],
+    )
+
+
+def signal_figure(pair: Pair, name: str, floor: NoiseFloor, labels: Sequence[str], part: slice = slice(None)) -> Figure:
+    """One signal of one record: measured and modelled, and what is left of it, with twice the noise as a band."""
+    signal, record = SIGNALS[name], pair[0].record
+    t = record.t[part]
+
+    def shown(values: np.ndarray) -> np.ndarray:
+        return from_si(values[part], signal.unit, signal.si)
+
+    noise = float(from_si(2 * floor.sigma[name], signal.unit, signal.si) - from_si(0.0, signal.unit, signal.si))
+    lines = list(zip(labels, pair[-len(labels) :], (BEFORE, AFTER)[-len(labels) :], strict=True))
+    band = (np.full(2, -noise), np.full(2, noise))
+    above = [Curve("measured", t, shown(record.signals[name]))]
+    above += [Curve(label, t, shown(prediction.signals[name]), color=colour) for label, prediction, colour in lines]
+    below = [Curve("noise, 2 sigma", t[[0, -1]], np.zeros(2), "dot", GIVEN, band=band)]
+    below += [Curve(label, t, shown(prediction.error(name)), color=colour) for label, prediction, colour in lines]
+    panels = [Panel(signal.label, above), Panel(f"measured - model [{signal.unit}]", below)]
+    return Figure(f"{record.name}: {name}", "time [s]", panels)
+
+
+def telling(pairs: Sequence[Pair], floor: NoiseFloor, changed: bool) -> tuple[int, str, slice]:
+    """Where the difference is best seen: record, signal and the second of it."""
+    best, place = -np.inf, (0, next(iter(pairs[0][0].signals)), slice(None))
+    for index, (before, after) in enumerate(pairs):
+        rows = max(2, round(SLICE / before.record.period))
+        for name in before.signals:
+            squares = _left(before, name, floor) - (_left(after, name, floor) if changed else 0.0)
+            sums = np.convolve(squares, np.ones(min(rows, len(squares))), "valid")
+            first = int(np.argmax(sums))
+            if sums[first] > best:
+                best, place = float(sums[first]), (index, name, slice(first, first + rows))
+    return place
+
+
+def _left(prediction: Prediction, name: str, floor: NoiseFloor) -> np.ndarray:
+    """Squared errors over sigma, 0 where nothing is compared."""
+    return np.nan_to_num((prediction.error(name) / floor.sigma[name]) ** 2)
