@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.gain_phase import gain_db
 from ..base.signals import Signal
 from ..commands.common.metric_table import MetricView
 from ..loop.margins import LinearLoop
 from ..loop.rows import LinearLoops, linear_row, moving_at
-from ..report import Curve, Figure, Panel, Table
+from ..report import Figure, FrequencyCurve, Table, sensitivity
 
 
 def _points(signal: Signal) -> tuple[str, str]:
@@ -56,11 +55,11 @@ class Margins:
     def plot(self) -> Figure:
         """The sensitivity of both loops."""
         curves = [
-            Curve(name, loop.f, gain_db(loop.sensitivity))
+            FrequencyCurve(name, loop.f, loop.sensitivity)
             for name, loop in zip(_points(self.signal), (self.null, self.moving), strict=True)
             if loop.sensitivity is not None
         ]
-        return Figure("Sensitivity", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
+        return sensitivity("Sensitivity", curves)
 
     def table(self) -> Table:
         """A row for each operating point."""

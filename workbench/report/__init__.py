@@ -11,7 +11,7 @@ palette, thin     one look a curve name; long series and outlines thinned
 """
 
 from .digits import Known, within
-from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode
+from .figures import Curve, Figure, FrequencyCurve, Mark, Panel, Style, bode, gains, sensitivity
 from .page import Page, Section, Table, page_looks, render, write_page
 from .scene import Label, Line, Scene
 from .thin import outline_points
@@ -31,9 +31,11 @@ __all__ = [
     "Style",
     "Table",
     "bode",
+    "gains",
     "outline_points",
     "page_looks",
     "render",
+    "sensitivity",
     "within",
     "write_page",
 ]

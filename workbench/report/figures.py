@@ -120,6 +120,19 @@ class FrequencyCurve:
     visible: bool = True
 
 
+def gains(
+    title: str, curves: Sequence[FrequencyCurve], label: str = "gain [dB]", note: str = "", marks: Sequence[Mark] = ()
+) -> Figure:
+    """Gains alone [dB] over frequency: of sensitivities, couplings, errors."""
+    shown = [Curve(c.name, c.f_hz, gain_db(c.response), c.style, visible=c.visible) for c in curves]
+    return Figure(title, "frequency [Hz]", [Panel(label, shown, marks=marks)], log_x=True, note=note)
+
+
+def sensitivity(title: str, curves: Sequence[FrequencyCurve]) -> Figure:
+    """|S| [dB] of loops over frequency."""
+    return gains(title, curves, "|S| [dB]")
+
+
 def bode(title: str, curves: Sequence[FrequencyCurve], note: str = "") -> Figure:
     """Gain [dB] over phase [deg], with the -3 dB and -90 deg lines that a bandwidth is read at."""
 

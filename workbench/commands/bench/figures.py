@@ -4,13 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...base.gain_phase import gain_db
 from ...loop.scenarios import Scenario
-from ...report import Curve, Figure, FrequencyCurve, Panel, bode
+from ...report import Curve, Figure, FrequencyCurve, Panel, bode, sensitivity
 from ..common.bench_experiment import BenchLoop
 from ..common.metric_table import MetricView
 from ..common.sines import closed_loop_figure
-from ..common.time_figure import time_figure, window, window_words
+from ..common.time_figure import time_figure
 from .entry import STIFFNESS_HZ, Entries
 
 SHOWN_HZ = (0.05, 100.0)
@@ -24,11 +23,10 @@ def excursion(scenario: Scenario) -> str:
 
 def time_responses(loop: BenchLoop, scenario: Scenario, rig: str, entries: Entries) -> Figure:
     """One scenario on one rig under every controller: controlled signal, command, pressure."""
-    i = loop.scenarios.index(scenario)
-    shown = window(scenario, [entries[c.name, rig]["rows"][i]["settling_s"] for c in loop.controllers])
-    runs = {c.name: entries[c.name, rig]["courses"][scenario.name] for c in loop.controllers}
-    title, note = f"{scenario.name} on {rig}", window_words(shown, scenario)
-    return time_figure(title, loop.signal, runs, ("command", "pa"), shown, note)
+    own = {spec.name: entries[spec.name, rig] for spec in loop.controllers}
+    runs = {name: each["courses"][scenario.name] for name, each in own.items()}
+    rows = [row for each in own.values() for row in each["rows"]]
+    return time_figure(f"{scenario.name} on {rig}", loop.signal, runs, ("command", "pa"), scenario, rows)
 
 
 def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Figure:
@@ -48,14 +46,13 @@ def spread_scatter(loop: BenchLoop, scenario: Scenario, entries: Entries) -> Fig
 def linear_figures(loop: BenchLoop, rig: str, entries: Entries) -> list[Figure]:
     """Bode plot of the closed loops, and their sensitivity; an unstable loop has neither."""
     there = linear_columns(loop, rig, entries)
-    closed, sensitivity = [], []
+    closed, sensitive = [], []
     for name, columns in there.items():
         f = columns["f_hz"]
         shown = (f > SHOWN_HZ[0]) & (f < SHOWN_HZ[1])
         closed.append(FrequencyCurve(name, f[shown], complex_column(columns, "closed")[shown]))
-        sensitivity.append(Curve(name, f[shown], gain_db(complex_column(columns, "sensitivity")[shown])))
-    panel = Panel("|S| [dB]", sensitivity)
-    return [bode("Closed loop", closed), Figure("Sensitivity", "frequency [Hz]", [panel], log_x=True)] if there else []
+        sensitive.append(FrequencyCurve(name, f[shown], complex_column(columns, "sensitivity")[shown]))
+    return [bode("Closed loop", closed), sensitivity("Sensitivity", sensitive)] if there else []
 
 
 def sine_figures(loop: BenchLoop, entries: Entries) -> list[Figure]:

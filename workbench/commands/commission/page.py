@@ -13,7 +13,7 @@ from ...report import Figure, Page, Section, Table
 from ...report.figures import FrequencyCurve, bode
 from ...rigs.rig import Rig
 from ..common.limits_told import limits_section, trip_marks
-from ..common.time_figure import run_columns, time_figure, window
+from ..common.time_figure import time_figure
 
 if TYPE_CHECKING:
     from ...link.course import Judged
@@ -185,7 +185,7 @@ def _figure(goal: str, judged: Sequence["Judged"]) -> Figure | None:
     own = [each for each in judged if is_of(each.scenario.name, goal)]
     if not own:
         return None
-    runs = {_WORDS[each.controller]: run_columns(each.measured.record) for each in own}
-    shown = window(own[0].scenario, [each.row["settling_s"] for each in own])
+    runs = {_WORDS[each.controller]: each.measured.record for each in own}
     marks = [mark for each in own for mark in trip_marks(each.trip and each.trip.t)]
-    return time_figure(f"{goal}, measured on the rig", SIGNALS["position"], runs, ("command",), shown, marks=marks)
+    title, rows = f"{goal}, measured on the rig", [each.row for each in own]
+    return time_figure(title, SIGNALS["position"], runs, ("command",), own[0].scenario, rows, marks)

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 
-from ...base.gain_phase import gain_db
 from ...base.signals import Signal
 from ...loop.margins import LinearLoop
 from ...loop.rows import LinearLoops, linear_row, moving_at
-from ...report import Curve, Figure, FrequencyCurve, Panel, Section, Style, Table, bode
+from ...report import Figure, FrequencyCurve, Section, Style, Table, bode, sensitivity
 from .metric_table import MetricView
 
 SHOWN_HZ = (0.05, 100.0)
@@ -53,8 +52,8 @@ def closed_curves(loops: LinearLoops, signal: Signal, name: str = "linear, ") ->
 def sensitivity_figure(loops: Mapping[str, LinearLoops]) -> Figure:
     """|S| at null, of the loops that are stable there."""
     curves = [
-        Curve(name, pair.null.f, gain_db(pair.null.sensitivity))
+        FrequencyCurve(name, pair.null.f, pair.null.sensitivity)
         for name, pair in loops.items()
         if pair.null.sensitivity is not None
     ]
-    return Figure("Sensitivity at null", "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
+    return sensitivity("Sensitivity at null", curves)

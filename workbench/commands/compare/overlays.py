@@ -5,12 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.gain_phase import gain_db
 from ...base.signals import SIGNALS
-from ...base.units import from_si
 from ...loop.scenarios import SCENARIOS
-from ...report import Curve, Figure, FrequencyCurve, Panel, bode
-from ..common.time_figure import window, window_words
+from ...report import Curve, Figure, FrequencyCurve, Panel, bode, sensitivity
+from ..common.time_figure import time_figure
 from .finished import Finished
 
 _SHOWN_HZ = 100.0  # linear curves run to the Nyquist frequency, where nothing is read off
@@ -35,18 +33,9 @@ def _curves(runs: Sequence[Finished], prefix: str) -> dict[str, list[tuple[str, 
 def steps(runs: Sequence[Finished]) -> Iterator[Figure]:
     """Steps of a scenario that several runs have."""
     for rest, group in _curves(runs, "step").items():
-        signal = SIGNALS[SCENARIOS[rest].signal if rest in SCENARIOS else "position"]
-        curves = [
-            Curve(label, columns["t [s]"], from_si(columns[signal.name], signal.unit, signal.si))
-            for label, columns in group
-            if signal.name in columns
-        ]
-        commands = [Curve(label, c["t [s]"], c["command"]) for label, c in group if "command" in c]
-        settled = [row.get("settling_s") for run in runs for row in run.rows if row.get("scenario") == rest]
-        shown = window(SCENARIOS[rest], settled) if rest in SCENARIOS else None
-        panels = [Panel(signal.label, curves), Panel("command [1]", commands)]
-        note = window_words(shown, SCENARIOS[rest]) if shown else ""
-        yield Figure(f"Step: {rest}", "time [s]", panels, note=note, x_range=shown)
+        scenario, of = SCENARIOS.get(rest), [row for run in runs for row in run.rows]
+        signal = SIGNALS[scenario.signal if scenario else "position"]
+        yield time_figure(f"Step: {rest}", signal, dict(group), ("command",), scenario, of)
 
 
 def bodes(runs: Sequence[Finished]) -> Iterator[Figure]:
@@ -68,14 +57,13 @@ def bodes(runs: Sequence[Finished]) -> Iterator[Figure]:
             yield bode(table, curves)
 
 
-def sensitivity(runs: Sequence[Finished]) -> Iterator[Figure]:
+def sensitivities(runs: Sequence[Finished]) -> Iterator[Figure]:
     """|S| of the runs' loops at null."""
     for rest, group in _curves(runs, "linear").items():
         curves = [
-            Curve(label, c["f_hz"], gain_db(c["sensitivity_real"] + 1j * c["sensitivity_imag"])) for label, c in group
+            FrequencyCurve(label, c["f_hz"], c["sensitivity_real"] + 1j * c["sensitivity_imag"]) for label, c in group
         ]
-        title = " ".join(("Sensitivity at null", rest)).strip()
-        yield Figure(title, "frequency [Hz]", [Panel("|S| [dB]", curves)], log_x=True)
+        yield sensitivity(" ".join(("Sensitivity at null", rest)).strip(), curves)
 
 
 def _low(group: Sequence[tuple[str, dict[str, np.ndarray]]]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:

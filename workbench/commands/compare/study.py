@@ -14,7 +14,7 @@ from ...report import Figure, Known, Page, Section, Table
 from ...report.table import Cell
 from ..common.outcome import REPORT, Outcome
 from .finished import Finished
-from .overlays import bars, bodes, residuals, sensitivity, steps
+from .overlays import bars, bodes, residuals, sensitivities, steps
 
 Identity = tuple[tuple[str, str], ...]
 
@@ -33,7 +33,7 @@ def run_compare(runs: Sequence[Finished]) -> Outcome:
     sections = [
         Section("Steps", list(steps(runs))),
         Section("Bode", list(bodes(runs))),
-        Section("Sensitivity", list(sensitivity(runs))),
+        Section("Sensitivity", list(sensitivities(runs))),
         Section("Residuals", list(residuals(runs))),
     ]
     sections = [section for section in sections if section.items]

@@ -9,7 +9,7 @@ from ...report import Figure, Page, Section, Table
 from ..common.limits_told import limits_section, trip_marks
 from ..common.metric_table import MetricView
 from ..common.step_experiment import StepConfig
-from ..common.time_figure import run_columns, time_figure, window, window_words
+from ..common.time_figure import time_figure
 
 if TYPE_CHECKING:
     from ...link.course import Judged
@@ -73,8 +73,8 @@ def _table(config: StepConfig, judged: Sequence["Judged"]) -> Table:
 
 
 def _figure(config: StepConfig, each: "Judged") -> Figure:
-    runs = {"measured": run_columns(each.measured.record), "predicted": run_columns(each.predicted.record)}
-    shown = window(each.scenario, [each.row["settling_s"], each.prediction["settling_s"]])
+    runs = {"measured": each.measured.record, "predicted": each.predicted.record}
     title = f"{each.scenario.name}, {each.controller}"
     marks = trip_marks(each.trip and each.trip.t)
-    return time_figure(title, config.signal, runs, ("command", "pa"), shown, window_words(shown, each.scenario), marks)
+    rows = [each.row, each.prediction]
+    return time_figure(title, config.signal, runs, ("command", "pa"), each.scenario, rows, marks)

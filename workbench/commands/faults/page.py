@@ -7,10 +7,11 @@ import numpy as np
 
 from ...base.words import counted
 from ...loop.fault_trial import BEYOND, MOMENTS, STOP, FaultTrials, counts, harmful
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Figure, Page, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import played_words
 from ..common.metric_table import MetricView
+from ..common.time_figure import share_figure
 from .fault_free import FAILED, tripped
 
 _WORST = ("stop_speed", "peak_force", "beyond_percent")
@@ -112,9 +113,5 @@ def _calm(metrics: Mapping[str, Any]) -> Table:
 
 def faults_figure(rows: Sequence[_Row]) -> Figure:
     """The share of the faults that is detected, over time, by moment."""
-    curves = []
-    for moment in MOMENTS:
-        times = [row["detected_ms"] for row in rows if row["moment"] == moment]
-        found = np.sort([time for time in times if time is not None])
-        curves.append(Curve(moment, found, 100 * np.arange(1, len(found) + 1) / max(1, len(times))))
-    return Figure("Share of the faults that are detected", "time [ms]", (Panel("detected [%]", tuple(curves)),))
+    times = {each: np.array([row["detected_ms"] for row in rows if row["moment"] == each], float) for each in MOMENTS}
+    return share_figure("Share of the faults that are detected", times, "time [ms]", "detected [%]")

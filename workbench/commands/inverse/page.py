@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
-from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...loop.designed_inverse import ReferenceInverse
 from ...loop.learning import Iteration
 from ...loop.margins import LinearLoop
 from ...loop.rows import LinearLoops
 from ...records.frequency_sheet import table_text
-from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode
+from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode, gains
 from ..common.fitted_plant import with_fit
 from ..common.metric_table import MetricView
+from ..common.time_figure import signal_panel
 from .config import InverseConfig
 from .drawn import DrawnErrors
 
@@ -112,15 +112,13 @@ def left_figure(inverted: Inverted) -> Figure:
     curves = []
     for name, loops in inverted.loops.items():
         band = _seen(loops.null.f)
-        curves.append(Curve(name, loops.null.f[band], gain_db(inverted.inverse.left(loops.null))[band]))
+        curves.append(FrequencyCurve(name, loops.null.f[band], inverted.inverse.left(loops.null)[band]))
     first = next(iter(inverted.loops.values())).null
     if first.closed is not None:
         band = _seen(first.f)
-        curves.append(Curve("as it is", first.f[band], gain_db(1 - first.closed)[band], "dash"))
-    panel = Panel("error over reference [dB]", curves, marks=[Mark(0.0)])
-    return Figure(
-        f"{inverted.controller}: what is left of a reference, linear at null", "frequency [Hz]", [panel], log_x=True
-    )
+        curves.append(FrequencyCurve("as it is", first.f[band], 1 - first.closed[band], "dash"))
+    title = f"{inverted.controller}: what is left of a reference, linear at null"
+    return gains(title, curves, "error over reference [dB]", marks=[Mark(0.0)])
 
 
 def gain_figure(inverse: ReferenceInverse, controller: str = "") -> Figure:
@@ -131,9 +129,8 @@ def gain_figure(inverse: ReferenceInverse, controller: str = "") -> Figure:
         Panel("gain [dB]", [Curve("inverse", f, gain_db(h))]),
         Panel("phase [deg]", [Curve("inverse", f, phase_deg(h))]),
     ]
-    return Figure(
-        f"The inverse before {controller}" if controller else "The inverse", "frequency [Hz]", panels, log_x=True
-    )
+    title = f"The inverse before {controller}" if controller else "The inverse"
+    return Figure(title, "frequency [Hz]", panels, log_x=True)
 
 
 def _record(config: InverseConfig, inverted: Inverted) -> Figure:
@@ -141,13 +138,9 @@ def _record(config: InverseConfig, inverted: Inverted) -> Figure:
     name, run = next(iter(inverted.runs.items()))
     signal, reference = config.record.signal, config.record.reference
     t = np.arange(len(reference)) * config.record.rig.period.value
-
-    def curve(label: str, values: np.ndarray) -> Curve:
-        return Curve(label, t[: len(values)], from_si(values, signal.unit, signal.si))
-
-    courses = [curve("reference", reference), *(curve(how, each.true) for how, each in run.items())]
-    errors = [curve(how, reference[: len(each.true)] - each.true) for how, each in run.items()]
-    panels = [Panel(signal.label, courses), Panel(f"error [{signal.unit}]", errors)]
+    true = {how: (t[: len(each.true)], each.true) for how, each in run.items()}
+    errors = {how: (own, reference[: len(values)] - values) for how, (own, values) in true.items()}
+    panels = [signal_panel(signal, {"reference": (t, reference), **true}), signal_panel(signal, errors, "error")]
     return Figure(f"{config.record.scenario.name} by {inverted.controller} on {name}", "time [s]", panels)
 
 

@@ -15,6 +15,7 @@ from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.record_gain import ALIKE
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
+from ..common.time_figure import signal_panel
 
 _LEG = re.compile(r"leg\d\.")
 _LISTED = 3  # numbers that the verdict names of a record
@@ -247,20 +248,14 @@ def _waves(records: list[PlannedRecord]) -> Figure:
     """What a drive plays."""
     panels = []
     for name in ("command", "reference"):
-        signal = SIGNALS[name]
-        curves = [
-            Curve(
-                record.name, record.played.t, np.asarray(from_si(getattr(record.played, name), signal.unit, signal.si))
-            )
-            for record in records
-            if record.design.signal == name
-        ]
-        if curves:
-            panels.append(Panel(signal.label, curves, marks=(Mark(0.0),) if name == "command" else ()))
+        own = {each.name: each.played for each in records if each.design.signal == name}
+        courses = {label: (played.t, np.asarray(getattr(played, name))) for label, played in own.items()}
+        marks = (Mark(0.0),) if name == "command" else ()
+        panels += [signal_panel(SIGNALS[name], courses, marks=marks)] if courses else []
     return Figure(f"What to play, {SECONDS:g} s each", "time [s]", panels)
 
 
 def _recorded(problem: EstimationProblem) -> Figure:
     """The command of the train records."""
-    curves = [Curve(record.name, record.t, record.signals["command"]) for record in problem.campaign.train]
-    return Figure("What was recorded", "time [s]", [Panel("command [1]", curves)])
+    courses = {record.name: (record.t, record.signals["command"]) for record in problem.campaign.train}
+    return Figure("What was recorded", "time [s]", [signal_panel(SIGNALS["command"], courses)])

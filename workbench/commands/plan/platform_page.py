@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from ...base.signals import output_signal
-from ...base.units import from_si
+from ...base.signals import SIGNALS, output_signal
 from ...base.words import listed
 from ...identify.fit.free_parameters import Candidate
 from ...identify.plan.family import SECONDS
 from ...identify.plan.motions import PlannedMotion
 from ...records import Campaign
-from ...report import Curve, Figure, Page, Panel, Scene, Section, Table
+from ...report import Figure, Page, Scene, Section, Table
 from ...rigs.platform import AXES, LEGS, Platform
 from ..common.platform_scene import leg_labels, platform_lines
+from ..common.time_figure import signal_panel
 from .page import Setting, page_of
 
 _HOW = (
@@ -110,21 +110,19 @@ def _poses(best: Sequence[PlannedMotion]) -> Figure:
     """What the platform plays, axis by axis of those that move."""
     panels = []
     for axes in (AXES[:3], AXES[3:]):
-        signal = output_signal(axes[0])
-        curves = [
-            Curve(f"{motion.design.name}: {axis}", motion.t, from_si(columns[axis], signal.unit, signal.si))
+        courses = {
+            f"{motion.design.name}: {axis}": (motion.t, columns[axis])
             for motion in best
             for columns in [motion.columns()]
             for axis in axes
             if axis in columns
-        ]
-        if curves:
-            panels.append(Panel(f"pose [{signal.unit}]", curves))
+        }
+        panels += [signal_panel(output_signal(axes[0]), courses, "pose")] if courses else []
     return Figure(f"What to play, {SECONDS:g} s each", "time [s]", panels)
 
 
 def _recorded(whole: Sequence[Campaign]) -> Figure:
     """The commands of the first train record."""
-    curves = [Curve(f"leg {i + 1}", own.train[0].t, own.train[0].signals["command"]) for i, own in enumerate(whole)]
-    name = whole[0].train[0].name
-    return Figure(f"What was recorded: {name}", "time [s]", [Panel("command [1]", curves)])
+    courses = {f"leg {i + 1}": (own.train[0].t, own.train[0].signals["command"]) for i, own in enumerate(whole)}
+    panel = signal_panel(SIGNALS["command"], courses)
+    return Figure(f"What was recorded: {whole[0].train[0].name}", "time [s]", [panel])

@@ -12,7 +12,7 @@ from ...plant import build
 from ...report import Figure, Page, Section, Table
 from ..common.judged import judged_words
 from ..common.metric_table import MetricView
-from ..common.time_figure import Columns, run_columns, time_figure, window, window_words
+from ..common.time_figure import Columns, run_columns, time_figure
 from ..tune.config import TuneConfig
 from ..tune.page import cost_figure, goals_table, numbers_table
 from .config import RetuneConfig
@@ -48,17 +48,13 @@ def steps_figure(
     config: TuneConfig, scenario: Scenario, runs: Mapping[Pair, Mapping[str, LoopRun]], rows: Rows
 ) -> Figure:
     """One scenario by both controllers on both rigs, from where it starts; a step as far as it tells."""
-    settled = [row["settling_s"] for row in rows if row["scenario"] == scenario.name]
-    shown, columns = window(scenario, settled), {}
-    for what, where in runs:
-        columns[f"{what}, {where}"] = _columns(runs[what, where][scenario.name], scenario)
-    title, note = f"{scenario.name}, from its start", window_words(shown, scenario)
-    return time_figure(title, config.start.signal, columns, ("command",), shown, note)
+    own = {f"{what}, {where}": _columns(by[scenario.name], scenario) for (what, where), by in runs.items()}
+    return time_figure(f"{scenario.name}, from its start", config.start.signal, own, ("command",), scenario, rows)
 
 
 def _columns(run: LoopRun, scenario: Scenario) -> Columns:
     """A run, its controlled signal and reference from where they start."""
-    columns = run_columns(run.record)
+    columns = run_columns(run)
     start = columns["reference"][0] - scenario.reference(run.record.t[:1])[0]
     return {**columns, **{name: columns[name] - start for name in ("reference", scenario.signal)}}
 

@@ -13,6 +13,7 @@ from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.metric_table import MetricView
 from ..common.plant_ranges import ranges_table
+from ..common.time_figure import share_figure
 from .config import RobustnessConfig
 
 _COLUMNS = (
@@ -94,13 +95,8 @@ def robustness_figure(lanes: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
 
 
 def settled_figure(title: str, settling: Mapping[str, np.ndarray]) -> Figure:
-    """The share of plants that have settled, over time, of settling times [plants] s by name; NaN of one that never
-    does."""
-    curves = []
-    for name, times in settling.items():
-        at, plants = np.unique(times[~np.isnan(times)], return_counts=True)  # whole periods: few
-        curves.append(Curve(name, at, 100 * np.cumsum(plants) / len(times)))
-    return Figure(title, "time [s]", (Panel("settled [%]", tuple(curves)),))
+    """The share of plants that have settled, of settling times [plants] s by name; NaN of one that never does."""
+    return share_figure(title, settling, "time [s]", "settled [%]")
 
 
 def _worst(rows: list[dict[str, Any]]) -> Table:

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.gain_phase import gain_db
 from ...control.platform_controller import LEGS
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import check_poses, largest_flow, static_forces
 from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS, AxisStep
-from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode
+from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode, gains
 from ...rigs.platform import AXES, Platform
 from ..common.metric_table import MetricView
 from ..common.platform_motion import PlatformRecord
@@ -160,11 +159,9 @@ def _coupling_figure(findings: "PlatformFindings") -> Figure:
     for name, transfer in findings.transfers.items():
         for of, into in (("surge", "pitch"), ("pitch", "surge")):
             gain = np.abs(transfer.transfer[:, AXES.index(into), AXES.index(of)])
-            curves.append(Curve(f"{name}: {of} into {into}", transfer.f, gain_db(np.maximum(gain, floor))))
+            curves.append(FrequencyCurve(f"{name}: {of} into {into}", transfer.f, np.maximum(gain, floor)))
     note = "Amplitude over the one asked for, angles times the radius of the joints; -30 dB is 3 %."
-    return Figure(
-        "What one axis does to another", "frequency [Hz]", (Panel("gain [dB]", curves),), log_x=True, note=note
-    )
+    return gains("What one axis does to another", curves, note=note)
 
 
 def _sines_table(findings: "PlatformFindings") -> Table:

@@ -23,7 +23,7 @@ from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import Sines, closed_loop_figure, sines
 from ..common.step_experiment import StepConfig
-from ..common.time_figure import run_columns, time_figure, window, window_words
+from ..common.time_figure import time_figure
 
 
 def run_steps(config: StepConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -165,10 +165,8 @@ def step_figure(
     config: StepConfig, scenario: Scenario, runs: dict[tuple[str, str], LoopRun], rows: list[dict[str, Any]]
 ) -> Figure:
     """One scenario under every controller: controlled signal, command, pressures."""
-    columns = {c.name: run_columns(runs[c.name, scenario.name].record) for c in config.controllers}
-    shown = window(scenario, [row["settling_s"] for row in rows if row["scenario"] == scenario.name])
-    note = window_words(shown, scenario)
-    return time_figure(scenario.name, config.signal, columns, ("command", "pa"), shown, note)
+    own = {spec.name: runs[spec.name, scenario.name] for spec in config.controllers}
+    return time_figure(scenario.name, config.signal, own, ("command", "pa"), scenario, rows)
 
 
 def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:

@@ -17,7 +17,7 @@ from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.loop_margins import margins_section
 from ..common.metric_table import MetricView
-from ..common.time_figure import run_columns, time_figure, window, window_words
+from ..common.time_figure import time_figure
 from .config import WEIGHTS, TuneConfig
 
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
@@ -124,10 +124,8 @@ def _rows(config: TuneConfig, rows: Sequence[Mapping[str, Any]]) -> Table:
 
 def step_figure(config: TuneConfig, scenario: Scenario, runs: Runs, rows: Sequence[Mapping[str, Any]]) -> Figure:
     """One scenario on the nominal rig, by the start and the best: controlled signal and command."""
-    columns = {what: run_columns(by_scenario[scenario.name].record) for what, by_scenario in runs.items()}
-    shown = window(scenario, [row["settling_s"] for row in rows if row["scenario"] == scenario.name])
-    note = window_words(shown, scenario)
-    return time_figure(scenario.name, config.start.signal, columns, ("command",), shown, note)
+    own = {what: by_scenario[scenario.name] for what, by_scenario in runs.items()}
+    return time_figure(scenario.name, config.start.signal, own, ("command",), scenario, rows)
 
 
 def cost_figure(trials: Sequence[Trial]) -> Figure:
