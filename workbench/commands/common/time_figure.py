@@ -1,16 +1,18 @@
 """Figures over time: signals with their references, command and pressures, and the share that has settled."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.signals import SIGNALS, Signal
 from ...base.units import from_si
-from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...records import Record
 from ...report import Curve, Figure, Mark, Panel, Style
+
+if TYPE_CHECKING:
+    from ...loop.sampled_loop import LoopRun
 
 Columns = Mapping[str, np.ndarray]
 TIME = "t [s]"
@@ -64,7 +66,7 @@ def signal_panel(
 def time_figure(
     title: str,
     signal: Signal,
-    runs: Mapping[str, Columns | Record | LoopRun],
+    runs: "Mapping[str, Columns | Record | LoopRun]",
     others: Sequence[str],
     scenario: Scenario | None = None,
     rows: Sequence[Mapping[str, Any]] = (),
@@ -90,10 +92,12 @@ def time_figure(
     return Figure(title, "time [s]", panels, note=_window_words(shown, scenario), x_range=shown)
 
 
-def run_columns(run: Columns | Record | LoopRun) -> Columns:
+def run_columns(run: "Columns | Record | LoopRun") -> Columns:
     """A run or record as columns [n] by signal, SI, and the time."""
-    record = run.record if isinstance(run, LoopRun) else run
-    return {TIME: record.t, **record.signals} if isinstance(record, Record) else record
+    if isinstance(run, Mapping):
+        return run
+    record = run if isinstance(run, Record) else run.record
+    return {TIME: record.t, **record.signals}
 
 
 def share_figure(title: str, times: Mapping[str, np.ndarray], x_label: str, y_label: str) -> Figure:

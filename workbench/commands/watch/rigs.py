@@ -86,8 +86,8 @@ def _attention(row: Row) -> tuple[bool, str, float, str]:
 
 def _page(rows: Sequence[Row]) -> tuple[Page, Figure]:
     margins = [row["margins"].get("gain_margin_db") for row in rows]
-    unknown = {"gain_margin_db": None, "settling_s": None}
-    lines = [unknown | row | row["margins"] | {"unread": len(row["left_out"])} for row in rows]
+    unknown: dict[str, Any] = {"gain_margin_db": None, "settling_s": None}
+    lines = [{**unknown, **row, **row["margins"], "unread": len(row["left_out"])} for row in rows]
     heads = {"name": "rig", "said": "what its watch says", "last": "newest", "unread": "left out"}
     keys = ("name", "said", "gain_margin_db", "settling_s", "sessions", "last", "unread")
     alarmed = [row["name"] for row in rows if standing(row["alarms"])]
