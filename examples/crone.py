@@ -19,7 +19,7 @@ law = Crone2(crossover="6 Hz", phase_margin="70 deg", **jack) + PressureFeedback
 curves = []
 for name in ("mass-50", "nominal", "mass+50"):
     loop = wb.ClosedLoop(wb.variation(rig, name), law)
-    run = loop.step("10 mm", duration="1 s")
+    run = loop.step("10 mm", seconds="1 s")
     curves.append(wb.Curve(name, run.t, run["position"] * 1e3))
     print(f"{name}: overshoot {run.metrics['overshoot_percent']:.1f} %, Ms {loop.margins().ms:.2f}")
 

@@ -23,7 +23,7 @@ for controller in (
     LinearCrone(crossover="4 Hz", phase_margin="70 deg", roll_off="40 Hz"),
 ):
     loop = wb.ClosedLoop(plant, controller)
-    step = loop.step("10 mm", duration="1 s")
+    step = loop.step("10 mm", seconds="1 s")
     print(loop.margins())
     print(step.metrics)
 Path("out").mkdir(exist_ok=True)

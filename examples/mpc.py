@@ -28,7 +28,7 @@ def there_and_back(t: np.ndarray) -> np.ndarray:
     return np.where((t > 0.2) & (t < 0.6), 0.02, 0.0)
 
 
-runs = [wb.ClosedLoop(rig, law).follow(there_and_back, duration="1 s") for law in laws]
+runs = [wb.ClosedLoop(rig, law).follow(there_and_back, seconds="1 s") for law in laws]
 
 curves = [wb.Curve(n, r.t, r["position"] * 1e3) for n, r in zip(("as it comes", "80 ms ahead"), runs, strict=True)]
 reference = wb.Curve("reference", runs[0].t, runs[0]["reference"] * 1e3, "dot")

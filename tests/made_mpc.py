@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from controllers.mpc import Mpc
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.law import LawController
 from workbench.control.mpc_qp import Braking, ReferenceGovernor
 from workbench.control.planned_law import planned_law

@@ -22,13 +22,13 @@ from mutated_tables import record_columns, sheet_columns, write_csv, write_mat, 
 from workbench.base.errors import InputError
 from workbench.base.units import to_si
 from workbench.commands.common.bench_experiment import load_bench
-from workbench.commands.inverse.config import load_inverse
-from workbench.commands.learn.config import load_any
-from workbench.commands.robustness.config import load_any as load_robustness
-from workbench.commands.run.config import load_config
-from workbench.commands.sines.config import load_sines
-from workbench.commands.train.config import load_train
-from workbench.commands.tune.config import load_tune
+from workbench.commands.inverse.options import load_inverse
+from workbench.commands.learn.options import load_any
+from workbench.commands.robustness.options import load_any as load_robustness
+from workbench.commands.run.options import load_config
+from workbench.commands.sines.options import load_sines
+from workbench.commands.train.options import load_train
+from workbench.commands.tune.options import load_tune
 from workbench.records import load_campaign, read_record
 from workbench.records.columns import ColumnMap
 from workbench.records.frequency_sheet import read_response, read_sheet

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.run.automatic import run_automatic, tuned_lanes
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.automatic_tuning import DAMPING, SHARE, Mode, SmallMoves, gains, pulses, small_moves
 from workbench.loop.automatic import self_tuning, tuned_on
 from workbench.loop.rig_variations import variation, with_delay

@@ -234,7 +234,7 @@ def test_a_force_loop_tells_what_a_moving_end_costs_it(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('experiment = "bench"', 'experiment = "step"', 'a bench needs experiment = "bench"'),
+        ('experiment = "bench"', 'experiment = "step"', '"step" is not "bench"; jackbench run takes it'),
         ('"mass+50"', '"mass+5"', r'rigs: no rig "mass\+5" in the set; did you mean "mass\+50"'),
         ('"mass+50"', '"nominal"', 'rigs: "nominal" is listed twice'),
         ('rigs = ["nominal", "mass+50"]', "", r'rigs: missing; write rigs = \["nominal"\]'),

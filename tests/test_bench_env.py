@@ -18,7 +18,7 @@ from envs.bench.export import save_policy, trained_policy
 from envs.bench.task import load_bench_task
 from workbench.base.errors import InputError
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.train.config import load_train
+from workbench.commands.train.options import load_train
 from workbench.control.law import LawController
 from workbench.control.network_law import network_shell
 from workbench.control.shell import around

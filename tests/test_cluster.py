@@ -117,7 +117,7 @@ experiment = "tune"
 rig = "jack-10t"
 rigs = ["nominal"]
 scenarios = ["position-1mm"]
-trials = 3
+designs = 3
 seed = 3
 [weights]
 settling = 10
@@ -129,7 +129,7 @@ experiment = "train"
 rig = "jack-10t"
 rigs = ["nominal"]
 scenarios = ["position-1mm"]
-trials = 3
+designs = 3
 seed = 3
 seeds = [1, 2]
 [weights]
@@ -155,7 +155,7 @@ step = {value = 10, unit = "mm"}
 seconds = {value = 1, unit = "s"}
 stroke = 0.9
 positions = [0]
-[draw]
+[within]
 M = [0.5, 1.5]
 [from]
 "p_dp.toml" = ["p-dp"]

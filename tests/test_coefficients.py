@@ -13,7 +13,7 @@ from test_law import Network
 from workbench.base.errors import InputError
 from workbench.base.table import ConfigTable
 from workbench.cli import main
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.controller_spec import controller_spec
 from workbench.control.export import Program, as_json, as_text, coefficients, replay
 from workbench.control.law import law_of_view

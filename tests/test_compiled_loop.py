@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.law import static_law
 from workbench.engine import Engine
 from workbench.engine.guard_shape import length

@@ -32,7 +32,7 @@ def test_a_loop_has_the_rig_s_delay_the_controller_s_own_or_none_where_it_is_ide
 
 
 def test_noise_is_drawn_from_the_seed_and_no_loop_that_is_calm_without_it_hunts(loop):
-    first, again, other = (loop.step("10 mm", duration="1 s", seed=seed) for seed in (0, 0, 1))
+    first, again, other = (loop.step("10 mm", seconds="1 s", seed=seed) for seed in (0, 0, 1))
     assert np.array_equal(first["position"], again["position"])
     assert not np.array_equal(first["position"], other["position"])
     assert first.metrics["iae"] != other.metrics["iae"]
@@ -42,13 +42,13 @@ def test_noise_is_drawn_from_the_seed_and_no_loop_that_is_calm_without_it_hunts(
 
 def test_an_ideal_loop_ignores_the_seed(rig):
     ideal = wb.ClosedLoop(rig, LAW, ideal=True)
-    one, two = (ideal.step("1 mm", duration="0.1 s", seed=seed) for seed in (0, 1))
+    one, two = (ideal.step("1 mm", seconds="0.1 s", seed=seed) for seed in (0, 1))
     assert np.array_equal(one["position"], two["position"])
 
 
 def test_a_band_is_no_narrower_than_three_standard_deviations_of_the_sensor(loop):
-    assert loop.step("1 mm", duration="0.5 s").metrics["band"] == pytest.approx(120e-6)
-    assert loop.step("100 mm", duration="0.5 s").metrics["band"] == pytest.approx(2e-3)
+    assert loop.step("1 mm", seconds="0.5 s").metrics["band"] == pytest.approx(120e-6)
+    assert loop.step("100 mm", seconds="0.5 s").metrics["band"] == pytest.approx(2e-3)
 
 
 def test_a_load_is_judged_by_its_peak_and_how_long_the_jack_is_off(rig):

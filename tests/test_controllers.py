@@ -14,7 +14,7 @@ from workbench.base.signals import SIGNALS
 from workbench.base.table import ConfigTable
 from workbench.base.units import to_si
 from workbench.commands.common.step_experiment import StepConfig
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.controller_spec import controller_spec
 
 PERIOD = 1e-3  # s

@@ -8,8 +8,8 @@ import pytest
 
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
-from workbench.commands.run.config import CorrectorConfig, load_config
 from workbench.commands.run.corrector import run_corrector
+from workbench.commands.run.options import CorrectorConfig, load_config
 from workbench.identify.datasheet import corrector
 from workbench.identify.datasheet.corrector import Maker, SpoolLoop
 from workbench.linear import equilibrium, linearise
@@ -96,7 +96,7 @@ def test_a_fit_keeps_its_distance_from_hunting(rig, monkeypatch):
 
 def test_the_study_reports_every_loop_beside_the_maker(rig, monkeypatch):
     monkeypatch.setattr(SpoolLoop, "fitted", lambda self, *_: {k: v for k, v in OVERDRIVEN.items() if k in self.ranges})
-    config = CorrectorConfig(rig, MAKER, 1.5, 0.15, 20, {})
+    config = CorrectorConfig(rig=rig, maker=MAKER, current_limit=1.5, least_damping=0.15, points=20)
     outcome = run_corrector(config, no_checkpoint, lambda _: None)
     rows = {row["id"]: row for row in outcome.metrics["rows"]}
     assert list(rows) == ["maker", "paper_p", "p_lead", "pi_lead"]

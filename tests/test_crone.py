@@ -17,7 +17,7 @@ from controllers.pressure import PressureFeedback
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.step_experiment import StepConfig
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.inner_loop import inner_loop_closed, overshoots
 from workbench.control.jack_model import fit_jack_model
 from workbench.linear import discretise

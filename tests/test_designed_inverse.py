@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigvals
 
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.compensators import compensated
 from workbench.control.controller_type import controller
 from workbench.linear.interconnect import select

@@ -67,13 +67,11 @@ def test_the_files_have_every_key_that_their_readers_know(generate):
 def test_a_key_that_no_file_has_is_missed(generate, tmp_path, monkeypatch):
     from generate import files
 
-    text = (files.FOLDER / "paper.toml").read_text()
-    (tmp_path / "paper.toml").write_text(
-        text.replace("points = 20                      # frequencies of a curve", "points = 20")
-    )
+    text = (files.FOLDER / "corrector.toml").read_text()
+    (tmp_path / "corrector.toml").write_text(text.replace("# dB, least and most", ""))
     monkeypatch.setattr(files, "FOLDER", tmp_path)
-    with pytest.raises(RuntimeError, match="what is points"):
-        files._part(("run", files.load_config, ("paper.toml",)))
+    with pytest.raises(RuntimeError, match=r"what is maker\.peak_db"):
+        files._part(("run", files.CorrectorConfig, ("corrector.toml",)))
 
 
 def test_the_readme_is_read_in_a_minute_and_its_links_lead_somewhere():

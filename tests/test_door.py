@@ -114,7 +114,7 @@ def test_a_reference_is_a_scenario_samples_or_a_function_of_time(loop):
     samples = loop.follow(np.full(50, 1e-3), start="20 mm")
     assert samples["reference"][0] == pytest.approx(0.021)
     assert samples.metrics["settling_s"] is None
-    sine = loop.follow(lambda t: 1e-3 * np.sin(6 * t), duration="0.1 s", seed=1)
+    sine = loop.follow(lambda t: 1e-3 * np.sin(6 * t), seconds="0.1 s", seed=1)
     assert sine.t[-1] == pytest.approx(0.1)
     assert sine.metrics["iae"] > 0
 
@@ -161,7 +161,7 @@ def test_pandas_is_asked_for_where_it_is_missing(step, monkeypatch):
         (lambda loop: loop.step("10 bar"), 'unit "bar"'),
         (lambda loop: loop.step("ten mm"), "write a number and its unit"),
         (lambda loop: loop.step(0), "the size is 0"),
-        (lambda loop: loop.step("1 mm", duration="1 us"), "shorter than the control period"),
+        (lambda loop: loop.step("1 mm", seconds="1 us"), "shorter than the control period"),
         (lambda loop: loop.follow("position-rampe"), 'did you mean "position-ramp"'),
         (lambda loop: loop.follow("force-20kn"), "force-20kn asks for a force, the loop controls the position"),
         (lambda loop: loop.follow([1.0, np.nan]), "finite samples"),
@@ -236,7 +236,7 @@ def test_a_controller_that_breaks_the_protocol_gives_a_sentence(tmp_path, old, n
     path = tmp_path / "mine.py"
     path.write_text(LAW.replace(old, new))
     with pytest.raises(InputError) as refused:
-        wb.ClosedLoop("jack-10t", wb.controller(f"{path}:Mine", gain=1)).step("1 mm", duration="0.1 s")
+        wb.ClosedLoop("jack-10t", wb.controller(f"{path}:Mine", gain=1)).step("1 mm", seconds="0.1 s")
     assert complaint in str(refused.value)
 
 
@@ -315,16 +315,16 @@ def test_loops_are_judged_on_drawn_plants_as_the_experiment_file_says(loop, monk
 
     asked = []
     monkeypatch.setattr(judgements, "run_robustness", lambda config, *_: asked.append(config))
-    wb.robustness(loop, plants=50, over={"M": (0.5, 1.5)})
+    wb.robustness(loop, plants=50, within={"M": (0.5, 1.5)})
     (config,) = asked
     assert (config.plants, config.step, config.factors) == (50, 0.01, {"M": (0.5, 1.5)})
     assert config.controllers == (loop.controller,)
-    with pytest.raises(InputError, match='over: no number "mass"'):
-        wb.robustness(loop, over={"mass": (0.5, 1.5)})
+    with pytest.raises(InputError, match='within: no number "mass"'):
+        wb.robustness(loop, within={"mass": (0.5, 1.5)})
 
 
 def test_a_light_mass_is_the_worst_plant_of_a_loop_over_the_mass(loop):
-    outcome = wb.robustness(loop, plants=8, over={"M": (0.5, 1.5)})
+    outcome = wb.robustness(loop, plants=8, within={"M": (0.5, 1.5)})
     (row,) = outcome.metrics["rows"]
     assert row["plants"] == 8
     assert row["ms_worst"] > max(loop.margins().null.ms, loop.margins().moving.ms)
@@ -346,7 +346,7 @@ def test_an_inverse_before_loops_lessens_the_error_of_a_record(loop):
 
 
 def test_faults_begin_in_a_step_of_the_loop_s_own_rig(loop, monkeypatch):
-    from workbench.commands.faults.config import load_faults
+    from workbench.commands.faults.options import load_faults
     from workbench.notebook import judgements
 
     asked = []

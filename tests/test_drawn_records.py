@@ -9,7 +9,7 @@ import pytest
 from made_experiments import P_DP
 
 from workbench.cli import main
-from workbench.commands.learn.config import load_learning
+from workbench.commands.learn.options import load_learning
 from workbench.loop.learning import STOPS, learn, learn_lanes, learning_filter, record_frequencies
 from workbench.loop.repeated_record import PlayedLanes
 from workbench.loop.rows import linear_loops
@@ -25,18 +25,20 @@ rest = "0.3 s"
 fade = "0.5 s"
 plants = 12
 stroke = 0.9
-[draw]
+[within]
 M = [0.5, 1.5]
 beta = [0.5, 1.15]
 [scenario.sine]
 size = "20 mm"
 frequency = "4 Hz"
-duration = "1.4 s"
+seconds = "1.4 s"
 """
     + P_DP
 )
 LEARN = f'experiment = "learn"\niterations = 3\n{RECORD}'
-INVERSE = f'experiment = "inverse"\nover = ["nominal"]\npreview = "60 ms"\nlength = "200 ms"\nband = "5 Hz"\n{RECORD}'
+INVERSE = (
+    f'experiment = "inverse"\ndesigned_on = ["nominal"]\npreview = "60 ms"\nlength = "200 ms"\nband = "5 Hz"\n{RECORD}'
+)
 
 
 def lag(corner):
@@ -56,7 +58,7 @@ def folder(tmp_path, monkeypatch):
 def test_lanes_learn_what_each_loop_learns_by_itself(folder):
     """The first drawn plant is the nominal one: the same iterations, noise on."""
     config = load_learning("learn.toml")
-    record, spec = config.record, config.controller
+    record, spec = config, config.controller
     (setup, _) = record.setups(spec).values()
     reference = record.reference
     f = record_frequencies(len(reference), PERIOD)

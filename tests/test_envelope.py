@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.piecewise_linear import PiecewiseLinear
 from workbench.engine import Engine
 from workbench.linear import Equilibrium

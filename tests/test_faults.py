@@ -21,7 +21,7 @@ seconds = {value = 0.5, unit = "s"}
 stroke = 0.9
 [steps]
 position = {value = 50, unit = "mm"}
-[draw]
+[within]
 M = [0.5, 1.5]
 [from]
 "position_tuned.toml" = ["p"]
@@ -92,7 +92,7 @@ def test_plants_that_no_law_was_played_on_and_that_failed_are_no_calm_plants():
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("stroke = 0.9", "stroke = 1.9", "stroke: a share of the stroke limit, at most 1"),
+        ("stroke = 0.9", "stroke = 1.9", "stroke: a share of the stroke limit in which steps lie, at most 1"),
         ("plants = 4", "plans = 4", "plans"),
         ('experiment = "faults"', 'experiment = "fault"', "experiment"),
     ],

@@ -10,7 +10,7 @@ from scipy.signal import bilinear, lfilter
 
 from controllers import FlowFeedForward, LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.linear.equilibria import Equilibria
 from workbench.loop.batch import play_lanes
 from workbench.loop.lane_laws import lane_laws

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.controller_type import controller
 from workbench.engine import Engine
 from workbench.linear import equilibrium

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.faults import FAULTS, FaultyLoop

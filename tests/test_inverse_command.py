@@ -11,7 +11,7 @@ EXPERIMENT = """
 experiment = "inverse"
 rig = "jack-10t"
 rigs = ["nominal", "beta-50"]
-over = ["nominal"]
+designed_on = ["nominal"]
 scenarios = ["sine"]
 rest = "0.5 s"
 fade = "0.5 s"
@@ -21,7 +21,7 @@ band = "5 Hz"
 [scenario.sine]
 size = "20 mm"
 frequency = "2 Hz"
-duration = "2 s"
+seconds = "2 s"
 [controllers.p-dp]
 use = "controllers.p:P"
 gain = "3.5 1/m"
@@ -75,7 +75,7 @@ def test_the_loop_through_the_reference_is_shown_beside_the_inner_one(folder):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('over = ["nominal"]', 'over = ["mass-50"]', 'over: "mass-50" is not in the list'),
+        ('designed_on = ["nominal"]', 'designed_on = ["mass-50"]', 'designed_on: "mass-50" is not in the list'),
         ('preview = "60 ms"', 'preview = "300 ms"', "preview: must be below the length"),
         ('"3.5 1/m"', '"90 1/m"', "no linear stable loop on nominal, null"),
         ("stiffness = ", "stifness = ", "stifness"),

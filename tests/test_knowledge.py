@@ -73,7 +73,7 @@ def test_a_search_is_the_same_but_for_what_is_known():
 SMALL = """
 experiment = "knowledge"
 known = [50, 2]
-trials = 1
+designs = 1
 plants = 24
 seed = 3
 searches = ["tune_p_dp_notch.toml"]
@@ -112,7 +112,7 @@ NOTCH = '["tune_p_dp_notch.toml"]'
         (NOTCH, '["tune_p_dp_notch.toml", "tune_force_p_dp.toml"]', "differ in their"),
         (NOTCH, '["nowhere.toml"]', "nowhere.toml"),
         (NOTCH, '["tutorial/tune_mine.toml"]', "does not run in lanes"),
-        ("trials = 1", "trials = 0", "trials"),
+        ("designs = 1", "designs = 0", "designs"),
         ("plants = 24", "", "plants"),
         ("seed = 3", "seed = 3\nstep = 4", "step"),
     ],

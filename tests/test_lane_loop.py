@@ -9,7 +9,7 @@ import pytest
 from controllers.lap_inverse import LapInverse
 from controllers.p import P
 from controllers.shaping import Shaping
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.compensators import compensated
 from workbench.control.protocol import graph_law
 from workbench.engine import Engine

@@ -13,7 +13,7 @@ from test_controllers import CONTROLLERS, make, size
 
 from workbench.base.errors import InputError
 from workbench.commands.live.config import load_live
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.compensators import compensated
 from workbench.control.controller_type import controller
 from workbench.control.law import Law, LawController

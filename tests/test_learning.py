@@ -122,9 +122,9 @@ fade = "0.5 s"
 """
     + P_DP
 )
-SINE = '[scenario.sine]\nsize = "50 mm"\nfrequency = "5 Hz"\nduration = "2 s"\n'
+SINE = '[scenario.sine]\nsize = "50 mm"\nfrequency = "5 Hz"\nseconds = "2 s"\n'
 ROAD = """[scenario.road]
-duration = "3 s"
+seconds = "3 s"
 road = {class = "C", speed = "72 km/h", low = "0.5 Hz", high = "10 Hz", seed = 1}
 [measure]
 amplitude = "10 mm"

@@ -174,14 +174,14 @@ scenarios = ["10mm", "sine", "push"]
 [scenario.10mm]
 size = "10 mm"
 start = "1 mm"
-duration = "1 s"
+seconds = "1 s"
 [scenario.sine]
 size = "1 mm"
 frequency = "5 Hz"
-duration = "0.1 s"
+seconds = "0.1 s"
 [scenario.push]
 load = "1 kN"
-duration = "1 s"
+seconds = "1 s"
 [controllers.p]
 use = "controllers.p:P"
 gain = {value = 3.7, unit = "1/m"}

@@ -104,7 +104,7 @@ def test_margins_are_those_of_python_control(ideal):
 
 def test_a_step_is_that_of_the_sampled_loop():
     plant = axis(delay="2 ms")
-    step = wb.ClosedLoop(plant, P(gain=12.0), ideal=True).step("5 mm", duration="0.5 s")
+    step = wb.ClosedLoop(plant, P(gain=12.0), ideal=True).step("5 mm", seconds="0.5 s")
     sampled = control.c2d(control.ss(control.tf([0.55], DENOMINATOR)), 1e-3)
     x, waiting, expected = np.zeros(len(sampled.A)), [0.0, 0.0], []
     for _ in step.t:
@@ -116,7 +116,7 @@ def test_a_step_is_that_of_the_sampled_loop():
 
 def test_a_first_order_plant_under_p_is_off_by_what_the_formula_says():
     plant = axis(control.tf([2.0], [0.1, 1.0]), command=1.0, delay=0.0)  # 2 mm per unit of command
-    step = wb.ClosedLoop(plant, P(gain=100.0), ideal=True).step("1 mm", duration="1 s")
+    step = wb.ClosedLoop(plant, P(gain=100.0), ideal=True).step("1 mm", seconds="1 s")
     assert step["position"][-1] == pytest.approx(1e-3 * 0.2 / 1.2, rel=1e-4)
 
 

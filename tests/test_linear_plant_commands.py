@@ -23,7 +23,7 @@ fade = {value = 0.5, unit = "s"}
 [variation.weak]
 factors = {gain = 0.8}
 [scenario.road]
-duration = {value = 1.5, unit = "s"}
+seconds = {value = 1.5, unit = "s"}
 [scenario.road.road]
 class = "A"
 speed = {value = 10, unit = "m/s"}
@@ -31,7 +31,7 @@ low = {value = 0.5, unit = "Hz"}
 high = {value = 2, unit = "Hz"}
 seed = 1
 """
-INVERSE = """over = ["nominal"]
+INVERSE = """designed_on = ["nominal"]
 preview = {value = 60, unit = "ms"}
 length = {value = 200, unit = "ms"}
 band = {value = 2, unit = "Hz"}

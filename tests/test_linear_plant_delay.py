@@ -28,7 +28,7 @@ stroke = 1
 positions = [0]
 [plant]
 chain = "plant.toml"
-[draw]
+[within]
 delay = [0.0001, 3]
 [from]
 "loops.toml" = ["pid-lead"]

@@ -35,7 +35,7 @@ scenarios = ["turn"]
 chain = "plant.toml"
 [scenario.turn]
 size = "5 {unit}"
-duration = "2 s"
+seconds = "2 s"
 [controllers.p]
 use = "controllers.p:P"
 gain = {{value = {gain}, unit = "1/m"}}

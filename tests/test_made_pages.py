@@ -153,7 +153,7 @@ TESTS = Path(__file__).parent
 
 @cache
 def retune_config() -> Any:
-    return load_retune(TESTS.parent / "experiments" / "tune_festo_p.toml", str(TESTS / "festo_found.toml"), trials=3)
+    return load_retune(TESTS.parent / "experiments" / "tune_festo_p.toml", str(TESTS / "festo_found.toml"), designs=3)
 
 
 def odd_run(draw: st.DrawFn, signal: str) -> LoopRun:

@@ -11,7 +11,7 @@ import workbench as wb
 from controllers import P, PidLead, PressureFeedback
 from workbench.commands.live.config import load_live
 from workbench.commands.live.session import Session
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.options import load_robustness
 from workbench.control.protocol import linear_view
 from workbench.linear import Equilibrium
 from workbench.linear.sampling import sampled_plant

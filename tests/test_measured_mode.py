@@ -12,7 +12,7 @@ from test_compiled_loop import agree, both
 from controllers.measured_mode import frozen
 from controllers.policy import PolicyDesign
 from workbench.cli import main
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
 from workbench.loop.rig_variations import with_delay
@@ -151,7 +151,7 @@ moves = 3
 stroke = 0.9
 positions = [0]
 
-[draw]
+[within]
 M = [0.5, 1.5]
 beta = [0.5, 1.15]
 Ps = [0.8, 1.03]

@@ -10,7 +10,7 @@ from made_mpc import FREE, PERIOD, made, planned, shipped_spec
 from controllers.feedforward import FeedForward
 from controllers.shaping import Shaping
 from workbench.commands.common.shipped import experiment
-from workbench.commands.tune.config import load_tune
+from workbench.commands.tune.options import load_tune
 from workbench.control.controller_type import controller
 from workbench.engine import Engine
 from workbench.linear import equilibrium

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands.common.bench_experiment import load_bench
-from workbench.commands.tune.config import load_tune
+from workbench.commands.tune.options import load_tune
 from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig_file import bundled, load_rig
 

@@ -103,19 +103,19 @@ EXPERIMENTS = {
     "Bode without end": (STEP.replace("= 0.5", "= 1e-300"), "low_hz: 1e-300 Hz is below 0.001 Hz; raise it"),
     "scenario twice": (STEP.replace('"position-1mm"', '"position-1mm", "position-1mm"'), "is listed twice"),
     "scenario's slash": (
-        STEP.replace('"position-1mm"', '"a/b"') + '[scenario."a/b"]\nsize = "1 mm"\nduration = "1 s"',
+        STEP.replace('"position-1mm"', '"a/b"') + '[scenario."a/b"]\nsize = "1 mm"\nseconds = "1 s"',
         '"a/b" is no name',
     ),
-    "sine above Nyquist's": (MINE + 'size = "1 mm"\nduration = "1 s"\nfrequency = "700 Hz"', "outside 1e-06 to 500 Hz"),
+    "sine above Nyquist's": (MINE + 'size = "1 mm"\nseconds = "1 s"\nfrequency = "700 Hz"', "outside 1e-06 to 500 Hz"),
     "road above Nyquist's": (
-        MINE + 'duration = "1 s"\nroad = {class = "A", speed = "9 m/s", low = "1 Hz", high = "900 Hz", seed = 1}',
+        MINE + 'seconds = "1 s"\nroad = {class = "A", speed = "9 m/s", low = "1 Hz", high = "900 Hz", seed = 1}',
         "road.high: 900 Hz is outside",
     ),
     "road without end": (
-        MINE + 'duration = "1e6 s"\nroad = {class = "A", speed = "9 m/s", low = "1 Hz", high = "90 Hz", seed = 1}',
+        MINE + 'seconds = "1e6 s"\nroad = {class = "A", speed = "9 m/s", low = "1 Hz", high = "90 Hz", seed = 1}',
         "is more than can be computed",
     ),
-    "course without end": (MINE + 'size = "1 mm"\nduration = "1e6 s"', "above 10000000 control periods of 1 ms"),
+    "course without end": (MINE + 'size = "1 mm"\nseconds = "1e6 s"', "above 10000000 control periods of 1 ms"),
 }
 
 

@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from controllers import P, PressureFeedback
 from workbench.cli import main
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.control.controller_type import controller
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.rigs.rig_file import load_rig

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.run.config import load_config
-from workbench.commands.run.study import study_of
+from workbench.commands.run.options import load_config
+from workbench.commands.run.study import run_any
 
 EXPERIMENT = Path(__file__).parents[1] / "experiments" / "paper.toml"
 PUBLISHED = {
@@ -25,7 +25,7 @@ PUBLISHED = {
 @pytest.fixture(scope="module", params=[("jack-10t", 4.0), ("jack-10t-rounded", 2.5)], ids=lambda case: case[0])
 def outcome(request):
     rig, bound = request.param
-    return study_of(load_config(EXPERIMENT, rig))(no_checkpoint, lambda _: None), bound
+    return run_any(load_config(EXPERIMENT, rig), no_checkpoint, lambda _: None), bound
 
 
 def test_the_published_figures_are_met(outcome):

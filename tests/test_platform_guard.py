@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from controllers import P
-from workbench.commands.learn.config import load_any
+from workbench.commands.learn.options import load_any
 from workbench.commands.learn.platform_config import PlatformLearnConfig
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.control.law import LawController, static_law
 from workbench.control.platform_controller import PlatformController

@@ -8,10 +8,10 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.learn.config import load_any
+from workbench.commands.learn.options import load_any
 from workbench.commands.learn.platform import run_platform_learning
 from workbench.commands.learn.platform_config import PlatformLearnConfig
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.loop.learning import BOUND, Iteration, from_spectrum, record_frequencies, rms, spectrum
 from workbench.loop.platform import platform_setup
@@ -214,7 +214,7 @@ def learning(tmp_path_factory):
     """A short road in pitch and another payload, measured with few lines. The error of 10 mm would be 18 dB above what
     the sensors' noise leaves."""
     folder = tmp_path_factory.mktemp("learn")
-    road = 'axis = "pitch"\nroad = "C"\nspeed = "15 m/s"\nduration = "2 s"\nband_hz = [0.5, 8]\npeak = "30 mm"'
+    road = 'axis = "pitch"\nroad = "C"\nspeed = "15 m/s"\nseconds = "2 s"\nband_hz = [0.5, 8]\npeak = "30 mm"'
     config = config_of(
         folder,
         ('highpass_hz = 0.5\nfile = "quake.csv"', road),
@@ -257,7 +257,7 @@ def test_a_small_motion_is_answered_as_the_linear_loop_says():
     """Without noise, well below the lap of the lands: the measured response is that of the linearised platform."""
     config = load_any(EXPERIMENTS / "learn_platform.toml")
     assert isinstance(config, PlatformLearnConfig)
-    setup = platform_setup(config.record.rig, config.record.delay)
+    setup = platform_setup(config.rig, config.delay)
     player = RepeatedMotion.of(config.controller, setup, None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("workbench.loop.platform.measured.REALIZATIONS", 2)

@@ -15,9 +15,9 @@ from workbench import InputError
 from workbench.base.gain_phase import gain_db
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.platform_motion import PlatformRecord
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.commands.run.platform_config import PlatformConfig
-from workbench.commands.run.study import study_of
+from workbench.commands.run.study import run_any
 from workbench.control.platform_controller import Forward, PlatformController, PlatformSpec, Smoothing
 from workbench.linear.crossings import corner_frequency
 from workbench.loop.platform import platform_setup, run_platform
@@ -326,7 +326,7 @@ def test_the_command_leaves_modes_rows_and_a_page(tmp_path):
     text = re.sub(r"\"(mass-25|off centre|higher)\" = .*", "", text)
     text = text.replace("iterations = 4", "iterations = 1").replace('"4 s"', '"1 s"')
     path.write_text(text.replace("frequencies_hz = [1, 5]", "frequencies_hz = [5]"))
-    outcome = study_of(load_config(path))(no_checkpoint, lambda what: None)
+    outcome = run_any(load_config(path), no_checkpoint, lambda what: None)
     metrics = json.loads(json.dumps(outcome.metrics))
     assert [set(mode) for mode in metrics["modes"]] == [{"hz", "zeta", "shape"}] * 6
     assert [row["controller"] for row in metrics["rows"]] == ["p-dp", "modal"]

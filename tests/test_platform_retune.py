@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.cli import main
-from workbench.commands.common.experiment import read_experiment
+from workbench.commands.common.experiment_file import read_experiment
 from workbench.commands.common.shipped import experiment
 from workbench.commands.retune.platform_config import followed
 from workbench.rigs.platform import load_platform
@@ -70,7 +70,7 @@ def test_on_a_payload_whose_centre_is_a_metre_up_retuned_laws_decouple_again(tmp
     ("controllers", "more", "message"),
     [
         (("p-dp",), [], "none has laws on modes"),
-        (("p-dp", "modal"), ["--trials", "5"], "--trials belongs to a search on one jack"),
+        (("p-dp", "modal"), ["--designs", "5"], "--designs belongs to a search on one jack"),
     ],
 )
 def test_what_cannot_follow_is_one_line(controllers, more, message, tmp_path, capsys):

@@ -8,9 +8,8 @@ import pytest
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.common.experiment import read_experiment
 from workbench.commands.common.shipped import experiment
-from workbench.commands.robustness.platform_config import platform_robustness
+from workbench.commands.robustness.platform_config import PlatformRobustness
 from workbench.commands.robustness.platform_study import run_platform_robustness
 from workbench.loop.platform.loop import run_platform
 from workbench.loop.platform.robustness import drawn_platform, linear_columns, step_columns
@@ -20,7 +19,7 @@ from workbench.rigs.platform import AXES
 
 SHIPPED = experiment("robustness_hexapod")
 LIGHT = experiment("robustness_hexapod_light")
-CONFIG = platform_robustness(read_experiment(SHIPPED), SHIPPED, None, 4)
+CONFIG = PlatformRobustness.load(SHIPPED, plants=4)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +87,7 @@ def test_a_bare_platform_is_unstable_and_hunts_about_where_it_stands(setup, draw
 
 
 def test_rows_say_on_which_payloads_a_controller_fails():
-    light = platform_robustness(read_experiment(LIGHT), LIGHT, None, 3)
+    light = PlatformRobustness.load(LIGHT, plants=3)
     only = replace(light, draw=replace(light.draw, mass=(0.075, 0.09)), steps=light.steps[:1])
     metrics = run_platform_robustness(only, no_checkpoint, lambda _: None).metrics
     (linear,) = (row for row in metrics["linear"] if row["controller"] == "p-dp")

@@ -12,7 +12,7 @@ from test_compiled_loop import agree, both, rig_for
 
 from controllers.policy import Policy, PolicyDesign
 from workbench.base.errors import InputError
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.commands.train.start import silent_network
 from workbench.control.controller_spec import ControllerSpec
 from workbench.control.network import Memory, Network, read_network

@@ -5,7 +5,8 @@ import pytest
 
 import workbench as wb
 from workbench.base.errors import InputError
-from workbench.commands.common.experiment import read_experiment, rig_name, rig_of
+from workbench.commands.common.experiment import rig_name, rig_of
+from workbench.commands.common.experiment_file import read_experiment
 from workbench.records.rational_fit import FitOrder, fit_rational
 from workbench.rigs.rig_file import rig_text
 

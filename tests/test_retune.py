@@ -22,7 +22,7 @@ rig = "festo-tp511"
 scenarios = ["small", "position-sine-1hz"]
 [scenario.small]
 size = {value = 20, unit = "mm"}
-duration = {value = 2, unit = "s"}
+seconds = {value = 2, unit = "s"}
 [controllers.pid]
 use = "controllers.pid_lead:PidLead"
 gain = {value = 10, unit = "1/m"}
@@ -46,7 +46,7 @@ amplitudes_mm = [5]
 
 @cache
 def retuned() -> Outcome:
-    return run_retune(load_retune(TUNE_P, FOUND, trials=13), no_checkpoint, lambda _: None)
+    return run_retune(load_retune(TUNE_P, FOUND, designs=13), no_checkpoint, lambda _: None)
 
 
 def test_the_metrics_are_what_the_contract_says():
@@ -100,7 +100,7 @@ def test_a_bench_experiment_keeps_its_variations_and_borrowed_controllers(tmp_pa
     (tmp_path / "bench.toml").write_text(
         'experiment = "bench"\nrig = "festo-tp511"\nscenarios = ["small"]\n'
         f'rigs = ["nominal", "mass+50", "slow", "{FOUND}"]\n[variation.slow]\nfactors = {{Ps = 0.9}}\n'
-        '[scenario.small]\nsize = {value = 20, unit = "mm"}\nduration = {value = 2, unit = "s"}\n'
+        '[scenario.small]\nsize = {value = 20, unit = "mm"}\nseconds = {value = 2, unit = "s"}\n'
         '[from]\n"steps.toml" = ["p"]\n'
         "[bode]\nlow_hz = 1\nhigh_hz = 20\npoints = 3\namplitudes_percent = [2]\n"
     )
@@ -115,7 +115,7 @@ def test_a_bench_experiment_keeps_its_variations_and_borrowed_controllers(tmp_pa
     [
         ([str(TUNE_P)], "--found"),
         ([str(TUNE_P), "--found", "nowhere.toml"], "nowhere.toml: no such file"),
-        ([str(TUNE_P), "--found", FOUND, "--trials", "0"], "--trials 0: must be 1 or more"),
+        ([str(TUNE_P), "--found", FOUND, "--designs", "0"], "--designs 0: must be 1 or more"),
         ([str(TUNE_P), "--found", FOUND, "--controller", "q"], 'no controller "q"'),
         ([str(EXPERIMENTS / "tune_p_dp.toml"), "--found", FOUND], "asks for a load of 20 kN, the limit of festo"),
         ([str(EXPERIMENTS / "position_tuned.toml"), "--found", FOUND], "choose one: --controller p | p-dp"),
@@ -131,7 +131,7 @@ def test_what_cannot_be_retuned_is_refused_in_one_line(tmp_path, capsys, words, 
 
 def test_the_command_leaves_a_run_folder(tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["retune", str(TUNE_P), "--found", FOUND, "--trials", "2", "--jobs", "1", "--out", str(out)]) == 0
+    assert main(["retune", str(TUNE_P), "--found", FOUND, "--designs", "2", "--jobs", "1", "--out", str(out)]) == 0
     assert len(json.loads((out / "metrics.json").read_text())["rows"]) == 4
     assert {"report.html", "tuned.toml", "rig.toml"} <= {path.name for path in out.iterdir()}
     assert "instead of" in capsys.readouterr().out

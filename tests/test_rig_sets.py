@@ -6,7 +6,7 @@ import pytest
 
 from workbench.base.errors import InputError
 from workbench.commands.common.bench_experiment import load_bench
-from workbench.commands.common.experiment import data_files
+from workbench.commands.common.experiment_file import data_files
 from workbench.loop.rig_variations import variation
 from workbench.rigs.rig_file import load_rig, save_rig
 

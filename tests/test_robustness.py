@@ -12,7 +12,7 @@ from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.options import load_robustness
 from workbench.commands.robustness.study import run_robustness
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
@@ -276,7 +276,7 @@ def test_loops_that_do_not_go_together_are_refused(tmp_path, text, message):
 def test_an_experiment_of_another_kind_is_called_that(capsys, command):
     """Before any key of it is called unknown."""
     assert main([command, "first_loop"]) == 2
-    assert 'experiment = "step"' in capsys.readouterr().err
+    assert f'"step" is not "{command}"; jackbench run takes it' in capsys.readouterr().err
 
 
 def test_the_numbers_of_effects_that_were_found_are_drawn_within_their_intervals():

@@ -9,7 +9,7 @@ import pytest
 
 from workbench.base.kept_columns import KeptColumns
 from workbench.commands.common.run_folder import open_run
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.options import load_robustness
 from workbench.loop.robustness.row import Kept, kept_row
 from workbench.loop.robustness.workers import linear_stage, steps_stage
 

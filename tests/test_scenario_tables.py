@@ -39,20 +39,20 @@ def own(folder, text):
 
 
 def test_a_step_from_a_share_of_the_stroke(tmp_path):
-    step = own(tmp_path, 'size = "-5 mm"\nstart = 0.5\nduration = "1 s"')
+    step = own(tmp_path, 'size = "-5 mm"\nstart = 0.5\nseconds = "1 s"')
     assert (step.size, step.duration, step.arrives) == (-5e-3, 1.0, 0.0)
     assert step.position(0.24) == pytest.approx(0.12)
 
 
 def test_a_ramp_from_a_position(tmp_path):
-    ramp = own(tmp_path, 'size = "-10 mm"\nrate = "20 mm/s"\nstart = "-30 mm"\nduration = {value = 2, unit = "s"}')
+    ramp = own(tmp_path, 'size = "-10 mm"\nrate = "20 mm/s"\nstart = "-30 mm"\nseconds = {value = 2, unit = "s"}')
     assert ramp.reference(np.array([0.0, 0.25, 1.0])) == pytest.approx([0, -5e-3, -10e-3])
     assert ramp.arrives == 0.5
     assert ramp.position(0.24) == pytest.approx(-0.03)
 
 
 def test_a_sine(tmp_path):
-    sine = own(tmp_path, 'size = "2 mm"\nfrequency = "5 Hz"\nduration = "1 s"')
+    sine = own(tmp_path, 'size = "2 mm"\nfrequency = "5 Hz"\nseconds = "1 s"')
     assert sine.reference(np.array([0.05])) == pytest.approx([2e-3])
     assert sine.arrives is None
 
@@ -110,7 +110,7 @@ def test_a_motion_from_rest_to_rest_within_what_the_rig_can_give(tmp_path):
     smooth = own(tmp_path, 'size = "-10 mm"\nprofile = "jerk-limited"\nacceleration = "40 m/s^2"')
     assert smooth.arrives == smooth.stands == pytest.approx(0.067)
     assert smooth.reference(np.array([0.0, smooth.stands, 1.0])) == pytest.approx([0, -10e-3, -10e-3])
-    quick = own(tmp_path, 'size = "100 mm"\nprofile = "time-optimal"\nduration = "0.6 s"')
+    quick = own(tmp_path, 'size = "100 mm"\nprofile = "time-optimal"\nseconds = "0.6 s"')
     assert (quick.duration, quick.stands) == pytest.approx((0.6, 0.073))
     assert not quick.is_step
     ready = own(tmp_path, 'size = "100 mm"\nprofile = "jerk-limited"')
@@ -137,17 +137,17 @@ def test_a_far_end_that_moves(tmp_path):
         .replace('"0.24 1/m"', '"3 1/m"\nstiffness = "1e7 N/m"')
     )
     specimen = '[specimen]\nstiffness = "1e7 N/m"\ndamping = "1e3 N s/m"\n'
-    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nspeed = "0.1 m/s"\nduration = "1 s"\n' + specimen)
+    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nspeed = "0.1 m/s"\nseconds = "1 s"\n' + specimen)
     (scenario,) = load_steps(path).scenarios
     assert (scenario.size, scenario.travel, scenario.speed) == (0.0, 5e-3, 0.1)
     assert scenario.arrives == pytest.approx(0.57)  # it leaves at 0.5 s, and speeds up and slows down at 5 m/s2
-    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nduration = "1 s"\n' + specimen)
+    path.write_text(text + 'signal = "force"\ntravel = "5 mm"\nseconds = "1 s"\n' + specimen)
     with pytest.raises(InputError, match="travel: a far end moves by a travel at a speed; give both"):
         load_steps(path)
 
 
 def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
-    load = own(tmp_path, 'load = "-10 kN"\nload_at = "0.2 s"\nstart = -0.5\nduration = "0.8 s"')
+    load = own(tmp_path, 'load = "-10 kN"\nload_at = "0.2 s"\nstart = -0.5\nseconds = "0.8 s"')
     assert load.arrives == 0.2
     config = load_steps(tmp_path / "steps.toml")
     setup = loop_setup(config.rig)
@@ -163,34 +163,34 @@ def test_a_load_pushes_a_jack_that_stands_anywhere(tmp_path):
     ("text", "complaint"),
     [
         ('sise = "5 mm"', 'scenario.own.sise: unknown key; did you mean "size"?'),
-        ('duration = "1 s"', "scenario.own: asks for nothing; give a size, a file, a road, a load or a travel"),
-        ('size = "5 mm"', "scenario.own.duration: missing (how long it is watched, in s)"),
-        ('size = "5 kN"\nduration = "1 s"', 'cannot be converted to "m"'),
-        ('size = "0 mm"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),
-        ('load = "1 kN"\nfrequency = "1 Hz"\nduration = "1 s"', "scenario.own.size: must be there, and not 0"),
-        ('size = "5 mm"\nload_at = "1 s"\nduration = "1 s"', "scenario.own.load_at: there is no load"),
-        ('size = "5 mm"\nrate = "1 mm/s"\nfrequency = "1 Hz"\nduration = "1 s"', "not together with rate; remove one"),
+        ('seconds = "1 s"', "scenario.own: asks for nothing; give a size, a file, a road, a load or a travel"),
+        ('size = "5 mm"', "scenario.own.seconds: missing (how long it is watched, in s)"),
+        ('size = "5 kN"\nseconds = "1 s"', 'cannot be converted to "m"'),
+        ('size = "0 mm"\nseconds = "1 s"', "scenario.own.size: must be there, and not 0"),
+        ('load = "1 kN"\nfrequency = "1 Hz"\nseconds = "1 s"', "scenario.own.size: must be there, and not 0"),
+        ('size = "5 mm"\nload_at = "1 s"\nseconds = "1 s"', "scenario.own.load_at: there is no load"),
+        ('size = "5 mm"\nrate = "1 mm/s"\nfrequency = "1 Hz"\nseconds = "1 s"', "not together with rate; remove one"),
         ('size = "5 mm"\nfile = "wave.csv"', "the file has the size; remove one"),
         ('file = "waves.csv"', "waves.csv: no such file"),
-        ('size = "5 mm"\nstart = 1.5\nduration = "1 s"', "a share of the stroke limit, -1 to 1"),
-        ('size = "5 mm"\nstart = "300 mm"\nduration = "1 s"', "a position of 305 mm, the limit of jack-10t is 240 mm"),
-        ('size = "30 mm"\nstart = 0.9\nduration = "1 s"', "a position of 246 mm, the limit of jack-10t is 240 mm"),
-        ('size = "200 mm"\nfrequency = "10 Hz"\nduration = "1 s"', "a speed of 12.5664 m/s, the limit of jack-10t"),
-        ('size = "1 mm"\nfrequency = "500 Hz"\nduration = "1 s"', "500 Hz: must be below half the control rate"),
-        ('load = "100 kN"\nduration = "1 s"', "asks for a load of 100 kN, the limit of jack-10t is 90 kN"),
-        ('size = "10 mm"\nrate = "10 mm/s"\nduration = "1 s"', "too short; give at least 1.3 s"),
-        ('signal = "force"\nsize = "5 kN"\nduration = "1 s"', "are different loops; make two experiments"),
-        ('size = "5 mm"\nslow = true\nduration = "1 s"', "scenario.own.slow: needs a file; give one"),
-        ('size = "5 mm"\njerk = "1 m/s^3"\nduration = "1 s"', "scenario.own.jerk: needs a profile; give one"),
+        ('size = "5 mm"\nstart = 1.5\nseconds = "1 s"', "a share of the stroke limit, -1 to 1"),
+        ('size = "5 mm"\nstart = "300 mm"\nseconds = "1 s"', "a position of 305 mm, the limit of jack-10t is 240 mm"),
+        ('size = "30 mm"\nstart = 0.9\nseconds = "1 s"', "a position of 246 mm, the limit of jack-10t is 240 mm"),
+        ('size = "200 mm"\nfrequency = "10 Hz"\nseconds = "1 s"', "a speed of 12.5664 m/s, the limit of jack-10t"),
+        ('size = "1 mm"\nfrequency = "500 Hz"\nseconds = "1 s"', "500 Hz: must be below half the control rate"),
+        ('load = "100 kN"\nseconds = "1 s"', "asks for a load of 100 kN, the limit of jack-10t is 90 kN"),
+        ('size = "10 mm"\nrate = "10 mm/s"\nseconds = "1 s"', "too short; give at least 1.3 s"),
+        ('signal = "force"\nsize = "5 kN"\nseconds = "1 s"', "are different loops; make two experiments"),
+        ('size = "5 mm"\nslow = true\nseconds = "1 s"', "scenario.own.slow: needs a file; give one"),
+        ('size = "5 mm"\njerk = "1 m/s^3"\nseconds = "1 s"', "scenario.own.jerk: needs a profile; give one"),
         ('size = "5 mm"\nprofile = "fast"', 'scenario.own.profile = "fast": known: jerk-limited, time-optimal'),
         ('size = "5 mm"\nprofile = "time-optimal"\njerk = "1 m/s^3"', "has no limit of jerk; remove it"),
         ('size = "5 mm"\nprofile = "jerk-limited"\nspeed = "6 m/s"', "own.speed: jack-10t has 5 m/s; ask for less"),
         ('size = "5 mm"\nprofile = "jerk-limited"\nspeed = "4 m/s"\nacceleration = "90 m/s^2"',
          "own.acceleration: jack-10t has 66.33 m/s^2 at 4 m/s; ask for less"),
         ('size = "5 mm"\nprofile = "jerk-limited"\nload = "85 kN"', "own.load: leaves jack-10t no force"),
-        ('size = "5 mm"\nduration = "1 s"\n[scenario.position-10mm]\nsize = "5 mm"\nduration = "1 s"',
+        ('size = "5 mm"\nseconds = "1 s"\n[scenario.position-10mm]\nsize = "5 mm"\nseconds = "1 s"',
          "scenario.position-10mm: is a standard scenario; choose another name"),
-        ('size = "5 mm"\nduration = "1 s"\n[scenario.more]\nsize = "5 mm"\nduration = "1 s"',
+        ('size = "5 mm"\nseconds = "1 s"\n[scenario.more]\nsize = "5 mm"\nseconds = "1 s"',
          "scenario.more: is not in the list `scenarios`"),
     ],
 )  # fmt: skip

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import judge, linear_loops, loop_setup, play
 from workbench.loop.scenarios import SCENARIOS

@@ -16,7 +16,7 @@ harmonics = 3
 plants = 4
 stroke = 0.9
 seed = 1
-[draw]
+[within]
 M = [0.5, 1.5]
 [controllers.p-dp]
 use = "controllers.p:P"
@@ -83,7 +83,7 @@ def test_a_controller_without_a_form_in_lanes_is_judged_on_the_rigs_only(folder)
         ("[5, 10]", "[5, 0]", "frequencies: at least 0.001 Hz, and ten samples a cycle"),
         ('"10 mm"', '"300 mm"', "amplitude: beyond the stroke limit of 240 mm; lower it"),
         ("harmonics = 3", "harmonics = 2", "harmonics: the highest odd order that is taken out: 3 or 5"),
-        ("stroke = 0.9", "stroke = 1.5", "stroke: a share, at most 1"),
+        ("stroke = 0.9", "stroke = 1.5", "stroke: a share of the stroke limit over which they are drawn, at most 1"),
         ('gain = "4 1/m"', 'gain = "4 1/m"\nstiffness = "1 kN/mm"', "controls the force; sines move the position"),
     ],
 )
@@ -97,7 +97,7 @@ def test_what_cannot_be_is_refused_in_one_line(folder, capsys, old, new, says):
 
 
 def test_a_share_of_what_the_valve_gives_goes_as_far_as_is_asked(folder):
-    from workbench.commands.sines.config import load_sines
+    from workbench.commands.sines.options import load_sines
 
     (folder / "sines.toml").write_text(
         EXPERIMENT.replace("frequencies = [5, 10]", "share = 0.5\nfrequencies = [2, 20]")

@@ -13,7 +13,7 @@ from envs.single import JackPosition
 from envs.vector import JackPositionVector
 from workbench.base.errors import InputError
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.robustness.config import load_robustness
+from workbench.commands.robustness.options import load_robustness
 
 
 @pytest.fixture

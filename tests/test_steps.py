@@ -10,15 +10,15 @@ from experiments.studies.knowledge.config import load_knowledge
 from workbench.base.errors import InputError
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.faults.config import load_faults
-from workbench.commands.inverse.config import load_inverse
-from workbench.commands.learn.config import load_any
-from workbench.commands.robustness.config import load_any as load_robustness
-from workbench.commands.run.config import load_config
-from workbench.commands.run.study import study_of
-from workbench.commands.sines.config import load_sines
-from workbench.commands.train.config import load_train
-from workbench.commands.tune.config import load_tune
+from workbench.commands.faults.options import load_faults
+from workbench.commands.inverse.options import load_inverse
+from workbench.commands.learn.options import load_any
+from workbench.commands.robustness.options import load_any as load_robustness
+from workbench.commands.run.options import load_config
+from workbench.commands.run.study import run_any
+from workbench.commands.sines.options import load_sines
+from workbench.commands.train.options import load_train
+from workbench.commands.tune.options import load_tune
 from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig_file import load_rig, save_rig
 
@@ -77,7 +77,7 @@ def outcome(tmp_path_factory):
     save_rig(replace(rig, name="tight", limits={**rig.limits, "stroke": stroke}), folder / "tight.toml")
     path = folder / "thin.toml"
     path.write_text(CONFIG)
-    return study_of(load_config(path))(no_checkpoint, lambda _: None)
+    return run_any(load_config(path), no_checkpoint, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,7 @@ def test_verdict_and_bode_name_only_stable_loops(outcome):
 def test_a_force_loop_runs_by_the_same_study(tmp_path):
     """Rows of the contract; P lacks what the leakage takes; settling counts from where the far end stands."""
     (tmp_path / "force.toml").write_text(FORCE)
-    outcome = study_of(load_config(tmp_path / "force.toml"))(no_checkpoint, lambda _: None)
+    outcome = run_any(load_config(tmp_path / "force.toml"), no_checkpoint, lambda _: None)
     step, moving = outcome.metrics["rows"]
     assert list(step) == list(moving) == KEYS
     assert step["stable"]
@@ -142,7 +142,7 @@ def test_ramps_and_sines_have_no_numbers_of_a_step(tmp_path):
         CONFIG.replace("tight.toml", "jack-10t").replace("10mm", "ramp").replace("position-100mm", "position-sine-5hz")
     )
     (tmp_path / "thin.toml").write_text(text)
-    outcome = study_of(load_config(tmp_path / "thin.toml"))(no_checkpoint, lambda _: None)
+    outcome = run_any(load_config(tmp_path / "thin.toml"), no_checkpoint, lambda _: None)
     rows = {(row["controller"], row["scenario"]): row for row in outcome.metrics["rows"]}
     ramp, sine = rows["p", "position-ramp"], rows["p", "position-sine-5hz"]
     assert ramp["settling_s"] > 1.0
@@ -189,6 +189,6 @@ def test_every_shipped_experiment_loads():
 def test_of_a_course_the_verdict_says_who_follows_it_best(tmp_path):
     text = CONFIG.replace('"position-10mm", "position-100mm"', '"position-sine-1hz"').replace("tight.toml", "jack-10t")
     (tmp_path / "course.toml").write_text(text.replace("gain = {value = 3,", "gain = {value = 0.5,"))
-    verdict = study_of(load_config(tmp_path / "course.toml"))(no_checkpoint, lambda _: None).page.verdict
+    verdict = run_any(load_config(tmp_path / "course.toml"), no_checkpoint, lambda _: None).page.verdict
     assert verdict.startswith("position-sine-1hz: hot follows best, with an IAE of ")
     assert "mm s." in verdict

@@ -329,7 +329,7 @@ def test_near_the_end_of_the_stroke_a_step_out_is_refused_and_one_back_is_played
 
     steps = "".join(
         f'[scenario.{name}]\nsignal = "position"\nsize = {{value = {size}, unit = "mm"}}\n'
-        'duration = {value = 1, unit = "s"}\n'
+        'seconds = {value = 1, unit = "s"}\n'
         for name, size in (("out", side * 30), ("back", -side * 10))
     )
     text = FAST.replace('"position-10mm", "position-sine-5hz", "position-100mm"', '"out", "back"')

@@ -13,7 +13,7 @@ from workbench.commands.bench import study as study
 from workbench.commands.common.bench_experiment import load_bench
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
-from workbench.commands.run.config import load_config
+from workbench.commands.run.options import load_config
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.rows import linear_loops, loop_setup
 from workbench.loop.run_numbers import summary
@@ -93,7 +93,7 @@ def test_a_bench_plays_with_the_delay_of_the_controller_or_the_rig_s(tmp_path):
 def test_an_experiment_without_controllers_is_refused(capsys):
     paper = Path(__file__).parents[1] / "experiments" / "paper.toml"
     assert main(["time", str(paper)]) == 2
-    assert "has no controllers" in capsys.readouterr().err
+    assert '"paper" is not "step"; jackbench run takes it' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["tune", "bench"])

@@ -11,8 +11,8 @@ import pytest
 from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.run.config import load_config
-from workbench.commands.train.config import load_train
+from workbench.commands.run.options import load_config
+from workbench.commands.train.options import load_train
 from workbench.commands.train.unseen import unseen_rows
 from workbench.control.network import read_network
 from workbench.loop import envelope
@@ -25,7 +25,7 @@ EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 def written(folder: Path, *changes: tuple[str, str]) -> Path:
     """The shipped experiment, changed: a few designs on the nominal rig alone."""
     text = (EXPERIMENTS / "train_p_dp.toml").read_text()
-    text = re.sub(r"trials = \d+", "trials = 6", text).replace("seeds = [1, 2, 3]", "seeds = [1, 2]")
+    text = re.sub(r"designs = \d+", "designs = 6", text).replace("seeds = [1, 2, 3]", "seeds = [1, 2]")
     before, _, after = text.partition("# plants are drawn")
     text = before + "[goals]" + after.partition("[goals]")[2]
     text = text.replace('rigs = ["nominal", "mass-50", "mass+50", "beta-50", "supply-20"]', 'rigs = ["nominal"]')
@@ -117,8 +117,8 @@ def test_a_training_goes_on_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('"train"', '"tune"', '"tune" is not "train"; jackbench tune may take it'),
-        ('"train"', '"paper"', '"paper" is not "train"; jackbench run may take it'),
+        ('"train"', '"tune"', '"tune" is not "train"; jackbench tune takes it'),
+        ('"train"', '"paper"', '"paper" is not "train"; jackbench run takes it'),
         ("seeds = [1, 2]", "seeds = [1, 1]", "seeds"),
         ("hidden = [6]", "hidden = [6.5]", "hidden"),
         ("hidden = [6]", "hidden = [6]\nunits = 3", "unknown key"),
@@ -134,7 +134,7 @@ def test_what_no_training_is_is_refused_in_one_line(tmp_path, old, new, says):
 
 def test_start_and_trained_are_judged_on_plants_that_no_run_has_seen(tmp_path, monkeypatch):
     """Twelve plants by another seed than those of the search; the same row for the same design."""
-    draw = ("[goals]", "[draw]\nM = [0.5, 1.5]\n[goals]")
+    draw = ("[goals]", "[within]\nM = [0.5, 1.5]\n[goals]")
     config = load_train(written(tmp_path, draw))
     monkeypatch.setattr("workbench.loop.envelope.DRAWN", 12)
     values = {number.name: number.start for number in config.searched}

@@ -8,8 +8,8 @@ from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
-from workbench.commands.run.config import load_config
-from workbench.commands.tune.config import load_tune
+from workbench.commands.run.options import load_config
+from workbench.commands.tune.options import load_tune
 from workbench.commands.tune.study import run_tune
 from workbench.loop.tuning.goals import Goals
 from workbench.loop.tuning.search import nearest_trial, search
@@ -20,7 +20,7 @@ experiment = "tune"
 rig = "jack-10t"
 rigs = ["nominal", "mass-50"]
 scenarios = ["position-1mm"]
-trials = 5
+designs = 5
 seed = 3
 [weights]
 settling = 10
@@ -102,7 +102,7 @@ def test_a_rig_of_a_file_goes_with_the_tuned_file(tmp_path):
     text = (
         CONFIG.replace('"jack-10t"', '"mine.toml"')
         .replace("value = 2,", "value = 1,")
-        .replace("trials = 5", "trials = 1")
+        .replace("designs = 5", "designs = 1")
     )
     files = run_tune(load_tune(written(tmp_path, text)), no_checkpoint, lambda _: None).files
     there = tmp_path / "elsewhere"
@@ -134,7 +134,7 @@ def test_a_search_that_was_killed_goes_on_as_if_it_was_not(config, outcome):
 
 
 DRAWN = 60
-DRAW = CONFIG.replace("[weights]", "[draw]\nM = [0.5, 1.5]\n[weights]").replace("trials = 5", "trials = 10")
+DRAW = CONFIG.replace("[weights]", "[within]\nM = [0.5, 1.5]\n[weights]").replace("designs = 5", "designs = 10")
 
 
 @pytest.fixture
@@ -193,7 +193,7 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
         ('"tune"', '"step"', 'experiment: "step" is not "tune"; jackbench run takes it'),
         ('"mass-50"', '"mass50"', 'rigs: no rig "mass50" in the set; did you mean "mass'),
         ('["nominal", "mass-50"]', '["mass-50"]', 'rigs: must be a list of different names, "nominal" first'),
-        ("trials = 5", "trials = 0", "trials = 0: must be a whole number, 1 or more"),
+        ("designs = 5", "designs = 0", "designs = 0: must be a whole number, 1 or more"),
         ("seed = 3", "seed = 0.5", "seed = 0.5: must be a whole number, 0 or more"),
         ("settling = 10", "setling = 10", 'weights.setling: unknown key; did you mean "settling"?'),
         ("settling = 10", "settling = -1", "settling = -1: must be a positive number, in 1/s"),

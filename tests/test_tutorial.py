@@ -30,7 +30,7 @@ def test_its_reference_is_slewed_and_computing_again_changes_nothing():
 
 def test_its_configs_run(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
-    short = (TUTORIAL / "tune_mine.toml").read_text().replace("trials = 24", "trials = 2")
+    short = (TUTORIAL / "tune_mine.toml").read_text().replace("designs = 24", "designs = 2")
     (tmp_path / "tune_mine.toml").write_text(short)
     shutil.copy(TUTORIAL / "slewed_p.py", tmp_path)
     assert main(["tune", str(tmp_path / "tune_mine.toml"), "--out", str(tmp_path / "tuned"), "--jobs", "1"]) == 0

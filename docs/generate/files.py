@@ -1,20 +1,25 @@
 """Experiments, campaigns, linear plants and tasks: a file of each kind with every key, as its reader reads it."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from envs.task import load_task
-from workbench.commands.common.bench_experiment import load_bench
-from workbench.commands.faults.config import load_faults
-from workbench.commands.inverse.config import load_inverse
-from workbench.commands.learn.config import load_any, load_learning
-from workbench.commands.robustness.config import load_any as load_robustness_of_any, load_robustness
-from workbench.commands.run.config import load_config
-from workbench.commands.sines.config import load_sines
-from workbench.commands.train.config import load_train
-from workbench.commands.tune.config import load_tune
+from workbench.commands.common.bench_experiment import BenchConfig
+from workbench.commands.common.declared import Experiment, meanings
+from workbench.commands.common.step_experiment import StepConfig
+from workbench.commands.faults.options import FaultsConfig
+from workbench.commands.inverse.options import InverseConfig
+from workbench.commands.learn.options import LearnConfig
+from workbench.commands.learn.platform_config import PlatformLearnConfig
+from workbench.commands.robustness.options import RobustnessConfig
+from workbench.commands.robustness.platform_config import PlatformRobustness
+from workbench.commands.run.options import CorrectorConfig, PaperConfig
+from workbench.commands.run.platform_config import PlatformConfig
+from workbench.commands.sines.options import SinesConfig
+from workbench.commands.train.options import TrainConfig
+from workbench.commands.tune.options import TuneConfig
 from workbench.records import load_campaign
 from workbench.rigs.platform import load_platform
 from workbench.rigs.rig_file import load_rig
@@ -51,20 +56,24 @@ _TASKS = """What an episode of a Gymnasium environment asks for, what is observe
 def pages() -> dict[str, str]:
     """The pages of the kinds of files. Raises RuntimeError for a key that no file has, or that nothing explains."""
     experiments = _part(
-        ("run: steps of a loop", load_config, ("step.toml", "force.toml", "linear_step.toml")),
-        ("bench", load_bench, ("bench.toml",)),
-        ("tune", load_tune, ("tune.toml",)),
-        ("train", load_train, ("train.toml",)),
-        ("robustness", load_robustness, ("robustness.toml",)),
-        ("robustness: a platform on six jacks", load_robustness_of_any, ("robustness_platform.toml",)),
-        ("faults", load_faults, ("faults.toml",)),
-        ("learn", load_learning, ("learn.toml",)),
-        ("learn: a platform on six jacks", load_any, ("learn_platform.toml", "learn_platform_road.toml")),
-        ("inverse", load_inverse, ("inverse.toml",)),
-        ("sines", load_sines, ("sines.toml",)),
-        ("run: the paper's figures", load_config, ("paper.toml",)),
-        ("run: correctors of a spool loop", load_config, ("corrector.toml",)),
-        ("run: a platform on six jacks", load_config, ("platform.toml", "platform_record.toml")),
+        ("run: steps of a loop", StepConfig, ("step.toml", "force.toml", "linear_step.toml")),
+        ("bench", BenchConfig, ("bench.toml",)),
+        ("tune", TuneConfig, ("tune.toml",)),
+        ("train", TrainConfig, ("train.toml",)),
+        ("robustness", RobustnessConfig, ("robustness.toml",)),
+        ("robustness: a platform on six jacks", PlatformRobustness, ("robustness_platform.toml",)),
+        ("faults", FaultsConfig, ("faults.toml",)),
+        ("learn", LearnConfig, ("learn.toml",)),
+        (
+            "learn: a platform on six jacks",
+            PlatformLearnConfig,
+            ("learn_platform.toml", "learn_platform_road.toml"),
+        ),
+        ("inverse", InverseConfig, ("inverse.toml",)),
+        ("sines", SinesConfig, ("sines.toml",)),
+        ("run: the paper's figures", PaperConfig, ("paper.toml",)),
+        ("run: correctors of a spool loop", CorrectorConfig, ("corrector.toml",)),
+        ("run: a platform on six jacks", PlatformConfig, ("platform.toml", "platform_record.toml")),
     )
     linear = _part(
         ("A transfer function", load_rig, ("linear.toml",)),
@@ -84,38 +93,43 @@ def pages() -> dict[str, str]:
     }
 
 
-def _part(*kinds: tuple[str, Callable[[Path], Any], Sequence[str]]) -> list[str]:
+Load = type[Experiment] | Callable[[Path], Any]  # an experiment says what its keys mean, a reader only what it asks
+
+
+def _part(*kinds: tuple[str, Load, Sequence[str]]) -> list[str]:
     """Title, files and keys of each kind. Raises RuntimeError for a key that no file has, or that nothing explains."""
-    parts, meanings, known = [], {}, set()
-    for title, load, names in kinds:
+    parts, explained, known = [], {}, set()
+    for title, kind, names in kinds:
+        load, declared = (kind.load, meanings(kind)) if isinstance(kind, type) else (kind, {})
         rows: dict[str, tuple[str, str]] = {}
         for name in names:
             with watched() as documents:
                 load(FOLDER / name)
             own = next(readings for document, readings in documents.items() if document.endswith(Path(name).name))
-            rows |= {key: row for key, row in _rows(own, name).items() if key not in rows}
+            rows |= {key: row for key, row in _rows(own, name, declared).items() if key not in rows}
             known |= _allowed(own)
-        meanings = {key: meaning for key, (_, meaning) in rows.items() if meaning} | meanings
-        if unexplained := [key for key in rows if key not in meanings]:
+        explained = {key: meaning for key, (_, meaning) in rows.items() if meaning} | explained
+        if unexplained := [key for key in rows if key not in explained]:
             raise RuntimeError(f"docs/files/{names[0]}: what is {', '.join(unexplained)}? Add a comment on its line")
-        cells = [[f"`{key}`", plain(reads), plain(meaning or meanings[key])] for key, (reads, meaning) in rows.items()]
+        cells = [[f"`{key}`", plain(reads), plain(meaning or explained[key])] for key, (reads, meaning) in rows.items()]
         sources = [f"```{{literalinclude}} ../files/{name}\n:language: toml\n```" for name in names]
         parts += [f"## {title}", *sources, table(("key", "reads", "meaning"), cells)]
-    explained = {".".join(key.split(".")[:end]) for key in meanings for end in range(1, 5)}
-    if missing := known - explained:
+    shown = {".".join(key.split(".")[:end]) for key in explained for end in range(1, 5)}
+    if missing := known - shown:
         raise RuntimeError(f"docs/files: no file has {', '.join(sorted(missing))}; add what the readers allow")
     return parts
 
 
-def _rows(readings: Readings, name: str) -> dict[str, tuple[str, str]]:
-    """How each key of a file is read, and its meaning: the comment on its line, or what the code says; in order."""
+def _rows(readings: Readings, name: str, declared: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    """How each key of a file is read, and its meaning: the comment on its line, or what is declared; in order."""
     lines = (FOLDER / name).read_text("utf-8").splitlines()
     rows = {}
     for path, line in sorted(readings.lines.items(), key=lambda item: (item[1], len(item[0]))):
         reads, known = readings.asked.get(path, ("", ""))
         comment = re.search(r" # ?(.*)$", lines[line - 1])
-        if path in readings.shown and (reads or comment):
-            rows.setdefault(readings.named(path), (reads, comment[1] if comment else known))
+        meaning = comment[1] if comment else known or declared.get(readings.named(path), "")
+        if path in readings.shown and (reads or meaning):
+            rows.setdefault(readings.named(path), (reads, meaning))
     return rows
 
 

@@ -15,7 +15,7 @@ Arguments = Mapping[str, Any]
 _LARGE = 1e12  # a bound from here on is none
 _NAMED = ("scenario", "variation", "controllers", "sensors", "signals", "sessions", "drifts")  # tables of tables
 _OPEN = (
-    "draw",
+    "within",
     "from",
     "bounds",
     "factors",

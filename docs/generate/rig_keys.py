@@ -41,7 +41,7 @@ _TOLERANCE = """The bounds of a number as factors of its value, or as an amount 
 two either way at least. Numbers that are not listed are exact: a count, a rated current, a scale."""
 _NUMBERS = """Every number that the plant of a rig may have, by name, with the table of the rig file in which it stands,
 its range in SI, and the values of the bundled rigs. `Rig.with_values(b=2000.0)` takes the same names, and so do
-`[draw]`, `[variation.NAME]` and the `numbers` of a session."""
+`[within]`, `[variation.NAME]` and the `numbers` of a session."""
 
 
 def pages() -> dict[str, str]:

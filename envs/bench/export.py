@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.base.errors import InputError
 from workbench.base.toml_text import toml_text
-from workbench.commands.train.config import POLICY_FILE
+from workbench.commands.train.options import POLICY_FILE
 from workbench.control.network import Layer, Network
 from workbench.rigs.rig_file import bundled, rig_text
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from workbench.base.errors import InputError
 from workbench.commands.common.shipped import experiment
-from workbench.commands.train.config import TrainConfig, load_train
+from workbench.commands.train.options import TrainConfig, load_train
 from workbench.commands.train.start import POLICY
 from workbench.control.law import Law, static_law
 from workbench.control.network import Network

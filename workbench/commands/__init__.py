@@ -1,7 +1,7 @@
 """The commands, one folder each, and `common`, what they share.
 
 A command's folder has `options.py` (what it is asked, and how the study is called) and `study.py` (a configuration in,
-metrics, tables and a page out). Where it reads a file of its own there is a `config.py`, and where its report is more
+metrics, tables and a page out). An experiment of its own is declared in its options; where its report is more
 than a few lines a `page.py`. The command line imports the chosen command only.
 
 examples     two command lines of each command, which its --help prints, and those that people begin with

@@ -57,7 +57,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "retune": (
         "jackbench retune tune_p_dp --found out/trace-sample/rig.toml",
-        "jackbench retune tune_p_dp --found found.toml --trials 100",
+        "jackbench retune tune_p_dp --found found.toml --designs 100",
     ),
     "watch": ("jackbench watch rig-3", 'jackbench watch rig-3 --false-alarms "1 per 5 years" --exit-code'),
     "capability": (

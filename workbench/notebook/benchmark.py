@@ -72,5 +72,5 @@ def benchmark(
         for each in asked:
             check_reach(each, member)
     bench = BenchLoop(first.signal, first.rig, members, named_controllers(loops), asked, _NO_SINES)
-    config = BenchConfig(first.rig, (bench,), first.conditions(seed), {})
+    config = BenchConfig(rig=first.rig, loops=(bench,), conditions=first.conditions(seed))
     return Benchmark(config, run_bench(config, no_checkpoint, lambda _: None, jobs))

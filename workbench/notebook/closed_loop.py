@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .search import Search
 
 Quantity = float | str
-_DURATION = {"position": 3.0, "force": 1.0}  # s
+_SECONDS = {"position": 3.0, "force": 1.0}  # s
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,11 +112,11 @@ class ClosedLoop:
     def step(
         self,
         size: Quantity,
-        duration: Quantity | None = None,
+        seconds: Quantity | None = None,
         start: Quantity | None = None,
         seed: int = 0,
     ) -> TimeResponse:
-        """A step of the reference by `size` [m or N], watched for `duration` [s], from rest.
+        """A step of the reference by `size` [m or N], watched for `seconds` [s], from rest.
 
         `start` is the position [m] from mid stroke, `seed` that of the sensors' noise.
         """
@@ -124,25 +124,25 @@ class ClosedLoop:
         if height == 0:
             raise InputError("step: the size is 0; give one that is not")
         shown = f"{float(from_si(height, signal.unit, signal.si)):g} {signal.unit}"
-        asked = Scenario(f"{signal.name} step of {shown}", signal.name, height, self._duration(duration))
+        asked = Scenario(f"{signal.name} step of {shown}", signal.name, height, self._seconds(seconds))
         return self._play(asked, start, seed)
 
     def follow(
         self,
         reference: str | Scenario | ArrayLike | Callable[[np.ndarray], ArrayLike],
-        duration: Quantity | None = None,
+        seconds: Quantity | None = None,
         start: Quantity | None = None,
         seed: int = 0,
     ) -> TimeResponse:
         """Follow a reference, in deviations [m or N] from the start.
 
-        It is samples [k], one for each control period; or a function of times [k] s, over `duration` [s]; or a scenario
+        It is samples [k], one for each control period; or a function of times [k] s, over `seconds` [s]; or a scenario
         or the name of one, such as "position-ramp". `start` and `seed` are those of `step`.
         """
         if isinstance(reference, str):
             reference = scenario(reference, "follow")
         if not isinstance(reference, Scenario):
-            reference = self._sampled(reference, duration)
+            reference = self._sampled(reference, seconds)
         if reference.signal != self.signal.name:
             raise InputError(
                 f"follow: {reference.name} asks for a {reference.signal}, the loop controls the {self.signal.name}"
@@ -236,19 +236,17 @@ class ClosedLoop:
             return quantity(amplitude, "1") * self.rig.limit("force" if self.signal.name == "force" else "stroke")
         return quantity(amplitude, self.signal.si)
 
-    def _duration(self, duration: Quantity | None) -> float:
-        seconds = _DURATION[self.signal.name] if duration is None else quantity(duration, "s")
-        if seconds < self.rig.period.value:
-            raise InputError(
-                f"duration: {seconds:g} s is shorter than the control period of {self.rig.period.value:g} s"
-            )
-        return seconds
+    def _seconds(self, seconds: Quantity | None) -> float:
+        watched = _SECONDS[self.signal.name] if seconds is None else quantity(seconds, "s")
+        if watched < (period := self.rig.period.value):
+            raise InputError(f"seconds: {watched:g} s is shorter than the control period of {period:g} s")
+        return watched
 
-    def _sampled(self, reference: ArrayLike | Callable[[np.ndarray], ArrayLike], duration: Quantity | None) -> Scenario:
+    def _sampled(self, reference: ArrayLike | Callable[[np.ndarray], ArrayLike], seconds: Quantity | None) -> Scenario:
         """A reference of one's own as a scenario."""
         period = self.rig.period.value
         if callable(reference):
-            t = np.arange(round(self._duration(duration) / period) + 1) * period
+            t = np.arange(round(self._seconds(seconds) / period) + 1) * period
             reference = np.broadcast_to(np.asarray(reference(t), float), t.shape)
         values = np.asarray(reference, float)
         if values.ndim != 1 or len(values) < 2 or not np.all(np.isfinite(values)):

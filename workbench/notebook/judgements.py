@@ -7,16 +7,16 @@ from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
 from ..commands.common.outcome import Outcome
-from ..commands.common.record_experiment import RecordExperiment
+from ..commands.faults.options import FaultsConfig
 from ..commands.faults.study import run_faults
-from ..commands.inverse.config import InverseConfig
+from ..commands.inverse.options import InverseConfig
 from ..commands.inverse.study import run_inverse
-from ..commands.robustness.config import RobustnessConfig
+from ..commands.robustness.options import RobustnessConfig
 from ..commands.robustness.study import run_robustness
-from ..commands.sines.config import SinesConfig, asked_sines
+from ..commands.sines.options import SinesConfig, asked_sines
 from ..commands.sines.study import run_sines
 from ..loop.capability import capability
-from ..loop.fault_trial import FaultLoops, FaultTrials
+from ..loop.fault_trial import FaultLoops
 from ..loop.scenarios import POSITIONS, Scenario, scenario
 from ..loop.sines import ORDERS
 from ..rigs.rig import Rig
@@ -32,7 +32,7 @@ STROKE = 0.9  # share of the stroke limit in which drawn plants are judged, as i
 def robustness(
     loops: Loops,
     plants: int = 1000,
-    over: Factors | None = None,
+    within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "1 s",
     seed: int = 1,
@@ -40,7 +40,7 @@ def robustness(
 ) -> Outcome:
     """Loops of one signal on drawn plants over the whole stroke: a step with noise and computing delay, and margins.
 
-    over: factors (low, high) on numbers of the rig by name; every other number that the rig gives bounds is drawn
+    within: factors (low, high) on numbers of the rig by name; every other number that the rig gives bounds is drawn
     within them. step [m or N]: 10 mm or 20 kN without one, watched for `seconds` [s]. seed: of the draw and the
     sensors' noise. jobs: worker processes. `metrics["rows"]` are those of `jackbench robustness`. Raises InputError.
     """
@@ -49,16 +49,15 @@ def robustness(
     return run_robustness(
         RobustnessConfig(
             rig=first.rig,
-            plants=_count(plants, "robustness"),
+            plants=plants,
             conditions=first.conditions(seed),
             signal=first.signal,
             step=_size(first, step),
             seconds=quantity(seconds, "s"),
             stroke=STROKE,
             positions=POSITIONS,
-            factors=_factors(first.rig, over, "robustness"),
+            factors=_factors(first.rig, within, "robustness"),
             controllers=named_controllers(listed),
-            source={},
         ),
         no_checkpoint,
         _quiet,
@@ -69,14 +68,14 @@ def robustness(
 def faults(
     loops: Loops,
     plants: int = 100,
-    over: Factors | None = None,
+    within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "0.7 s",
     seed: int = 1,
 ) -> Outcome:
     """Loops of one signal through every fault of sensors, controller, drive and plant, and on plants without a fault.
 
-    step [m or N]: that in which faults begin, 100 mm or 20 kN without one, watched for `seconds` [s]; plants, over,
+    step [m or N]: that in which faults begin, 100 mm or 20 kN without one, watched for `seconds` [s]; plants, within,
     seed: as of `robustness`. `metrics["rows"]` are those of `jackbench faults`. Raises InputError.
     """
     listed = loops_of_one_rig(loops, "faults")
@@ -84,9 +83,16 @@ def faults(
     if not first.rig.is_jack:
         raise InputError(f"faults: {first.rig.name} has no chambers, so that its guard has limits only; give a jack")
     size = quantity("100 mm", "m") if step is None and first.signal.name == "position" else _size(first, step)
-    own = FaultLoops(first.signal.name, first.rig, size, _factors(first.rig, over, "faults"), named_controllers(listed))
-    trials = FaultTrials(
-        first.rig, (own,), _count(plants, "faults"), STROKE, quantity(seconds, "s"), first.conditions(seed)
+    own = FaultLoops(
+        first.signal.name, first.rig, size, _factors(first.rig, within, "faults"), named_controllers(listed)
+    )
+    trials = FaultsConfig(
+        rig=first.rig,
+        loops=(own,),
+        plants=plants,
+        stroke=STROKE,
+        seconds=quantity(seconds, "s"),
+        conditions=first.conditions(seed),
     )
     return run_faults(trials, no_checkpoint, _quiet)
 
@@ -99,13 +105,13 @@ def sines(
     harmonics: int = ORDERS[1],
     rigs: Sequence[str] = ("nominal",),
     plants: int = 0,
-    over: Factors | None = None,
+    within: Factors | None = None,
     seed: int = 1,
 ) -> Outcome:
     """Position loops on sines: alone, with amplitude and phase control, and with odd harmonics taken out.
 
     frequencies [Hz]; amplitude [m], or a `share` of what the weakest rig's valve gives there, if that is less, unless
-    it is None. harmonics: the highest odd order that is taken out. rigs: as of `benchmark`; plants, over, seed: as of
+    it is None. harmonics: the highest odd order that is taken out. rigs: as of `benchmark`; plants, within, seed: as of
     `robustness`. `metrics["rows"]` are those of `jackbench sines`. Raises InputError.
     """
     listed = loops_of_one_rig(loops, "sines")
@@ -120,18 +126,17 @@ def sines(
     asked = asked_sines(frequencies, size, share, reach, first.rig, _complaint)
     return run_sines(
         SinesConfig(
-            first.rig,
-            members,
-            reach,
-            size,
-            asked,
-            harmonics,
-            plants,
-            STROKE,
-            _factors(first.rig, over, "sines"),
-            first.conditions(seed),
-            named_controllers(listed),
-            {},
+            rig=first.rig,
+            rigs=members,
+            reach=reach,
+            amplitude=size,
+            sines=asked,
+            harmonics=harmonics,
+            plants=plants,
+            stroke=STROKE,
+            factors=_factors(first.rig, within, "sines"),
+            conditions=first.conditions(seed),
+            controllers=named_controllers(listed),
         ),
         no_checkpoint,
         _quiet,
@@ -160,15 +165,27 @@ def inverse(
     if asked.signal != first.signal.name:
         raise InputError(f"inverse: {asked.name} asks for a {asked.signal}, the loops control the {first.signal.name}")
     members = checked_rigs(first, rigs, "inverse")
-    over, conditions = tuple(members), first.conditions(seed)
-    rest, ramp = quantity("0.3 s", "s"), quantity(fade, "s")
-    played = RecordExperiment(
-        first.rig, members, first.signal, named_controllers(listed), asked, rest, ramp, conditions, None, {}
-    )
     ahead, taps = (round(quantity(value, "s") / first.rig.period.value) for value in (preview, length))
     if not 0 <= ahead < taps:
         raise InputError("inverse: the preview must be below the length; shorten it")
-    return run_inverse(InverseConfig(played, over, ahead, taps, quantity(band, "Hz"), None), no_checkpoint, _quiet)
+    return run_inverse(
+        InverseConfig(
+            rig=first.rig,
+            rigs=members,
+            scenario=asked,
+            signal=first.signal,
+            controllers=named_controllers(listed),
+            rest=0.3,
+            fade=quantity(fade, "s"),
+            conditions=first.conditions(seed),
+            designed_on=tuple(members),
+            preview=ahead,
+            taps=taps,
+            band=quantity(band, "Hz"),
+        ),
+        no_checkpoint,
+        _quiet,
+    )
 
 
 def _size(loop: ClosedLoop, step: Quantity | None) -> float:
@@ -180,24 +197,18 @@ def _complaint(key: str, what: str) -> InputError:
     return InputError(f"sines: {key}: {what}")
 
 
-def _count(plants: int, where: str) -> int:
-    if not isinstance(plants, int) or plants < 1:
-        raise InputError(f"{where}: plants is {plants!r}; give a whole number, 1 or more")
-    return plants
-
-
-def _factors(rig: Rig, over: Factors | None, where: str) -> dict[str, tuple[float, float]]:
+def _factors(rig: Rig, within: Factors | None, where: str) -> dict[str, tuple[float, float]]:
     """Factors by the names of the rig's numbers. Raises InputError, opened by `where`."""
     factors: dict[str, tuple[float, float]] = {}
-    for name, ends in (over or {}).items():
+    for name, ends in (within or {}).items():
         if name not in rig.numbers:
-            raise InputError(f'{where}: over: no number "{name}"; {nearest(name, rig.numbers)}')
+            raise InputError(f'{where}: within: no number "{name}"; {nearest(name, rig.numbers)}')
         try:
             low, high = (float(end) for end in ends)
         except (TypeError, ValueError):
-            raise InputError(f"{where}: over: {name}: write the least and the greatest, such as (0.5, 1.5)") from None
+            raise InputError(f"{where}: within: {name}: write the least and the greatest, such as (0.5, 1.5)") from None
         if not 0 < low <= high:
-            raise InputError(f"{where}: over: {name}: factors are above 0, the least first")
+            raise InputError(f"{where}: within: {name}: factors are above 0, the least first")
         factors[name] = (low, high)
     return factors
 

@@ -8,7 +8,7 @@ from typing import Any
 from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
-from ..commands.tune.config import read_weights
+from ..commands.tune.options import read_weights
 from ..commands.tune.page import cost_figure, numbers_table
 from ..commands.tune.study import tuned_rows
 from ..control.controller_spec import ControllerSpec

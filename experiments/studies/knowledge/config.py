@@ -7,18 +7,18 @@ from typing import Any
 
 from workbench.base.table import ConfigTable
 from workbench.commands.common.envelope_keys import MOST_PLANTS
-from workbench.commands.common.experiment import read_experiment
-from workbench.commands.tune.config import TuneConfig, load_tune
+from workbench.commands.common.experiment_file import read_experiment
+from workbench.commands.tune.options import TuneConfig, load_tune
 from workbench.loop.rig_variations import ALL, known_to
 from workbench.loop.tuning.problem import TuneProblem
 from workbench.rigs.rig import Rig
 
-KEYS = ("experiment", "searches", "known", "trials", "plants", "seed")
+KEYS = ("experiment", "searches", "known", "designs", "plants", "seed")
 
 
 @dataclass(frozen=True)
 class KnowledgeConfig:
-    """Searches of one signal on one rig, each of `trials` designs, and the shares of their ranges to which the numbers
+    """Searches of one signal on one rig, each of so many `designs`, and the shares of their ranges to which the numbers
     are known, the largest first; the designs are played on so many `plants`, drawn by `seed`.
 
     `source` is the experiment as it was read, with the files of its searches.
@@ -43,8 +43,8 @@ def load_knowledge(path: str | Path, rig: str | None = None, plants: int | None 
     top.word("experiment", ["knowledge"])
     top.allow(*KEYS)
     files = top.words("searches", "tune_p_dp.toml")
-    trials = top.count("trials", 1, 100_000)
-    searches = tuple(replace(load_tune(path.parent / file, rig), trials=trials) for file in files)
+    designs = top.count("designs", 1, 100_000)
+    searches = tuple(replace(load_tune(path.parent / file, rig), designs=designs) for file in files)
     _check(top, dict(zip(files, searches, strict=True)))
     source = {**top.values, "searches": {file: search.source for file, search in zip(files, searches, strict=True)}}
     plants = plants or top.count("plants", 1, MOST_PLANTS)
@@ -70,7 +70,7 @@ def _check(top: ConfigTable, searches: Mapping[str, TuneConfig]) -> None:
     """Raises InputError for searches that cannot stand in one picture."""
     first, *others = searches
     for file in others:
-        for what, part in (("rig", _rig), ("[draw]", _factors), ("scenario", _step)):
+        for what, part in (("rig", _rig), ("[within]", _factors), ("scenario", _step)):
             if part(searches[file]) != part(searches[first]):
                 raise top.complaint("searches", f"{file} and {first} differ in their {what}; make two experiments")
     if not _step(searches[first]).is_step:

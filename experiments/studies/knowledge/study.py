@@ -8,9 +8,9 @@ from workbench.base.errors import InputError
 from workbench.base.process_pool import Jobs
 from workbench.base.toml_text import toml_text
 from workbench.commands.common.outcome import Outcome
-from workbench.commands.robustness.config import RobustnessConfig
+from workbench.commands.robustness.options import RobustnessConfig
 from workbench.commands.robustness.study import run_robustness
-from workbench.commands.tune.config import TuneConfig
+from workbench.commands.tune.options import TuneConfig
 from workbench.control.controller_spec import ControllerSpec
 from workbench.control.protocol import graph_law
 from workbench.loop.rig_variations import Conditions

@@ -63,6 +63,11 @@ def run_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs 
     return Outcome(metrics, draw, _tables(entries), subject=subject)
 
 
+def run_whole_bench(config: BenchConfig, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
+    """The bench, with the automatic controller beside its own."""
+    return run_bench(beside_automatic(config, progress), stage, progress, jobs)
+
+
 def beside_automatic(config: BenchConfig, progress: Progress) -> BenchConfig:
     """With the controller that small moves on the first rig of the set give by rules, named "automatic", in every
     position loop that has none of that name: what any other has to beat, judged on the same plants. A rig on which it

@@ -6,9 +6,11 @@ outcome, drawing    what a study leaves behind; its report, drawn when all numbe
 head, design_numbers    what every report says of its rig, controllers and command, and their numbers
 run_index   index.html: the finished runs of a folder
 metric_table, loop_margins    rows of metrics as tables of a report, and margins of loops
-experiment, step_experiment, bench_experiment, record_experiment    experiment files that several commands read
-record_options, drawn_record, plant_ranges    records: arguments, on drawn plants; what those were drawn over
-envelope_keys       what a loop has to hold on: positions, draws, limits of the goals
+declared            experiments as classes of fields: file, options and reference are made of them
+experiment_file     the document of an experiment file, and the names that its keys had before
+experiment, step_experiment, bench_experiment, record_experiment    experiments that several commands read
+drawn_record, plant_ranges    records on drawn plants; what those were drawn over
+envelope_keys       what a loop has to hold on: positions, drawn plants, limits of the goals
 designs, rig_out, columns    commands that print of each controller; that leave a rig; text in columns
 sines, error_page, time_figure    sweeps, errors and runs as several reports show them
 sessions, session_tables    groups of records that differ in a number of the rig; their own numbers in a report

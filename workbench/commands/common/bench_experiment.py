@@ -1,45 +1,32 @@
 """The file of a bench: controllers, its own and of other experiments, on every rig of a set in every scenario."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-from ...base.errors import InputError, echo
+from ...base.errors import InputError
 from ...base.signals import Signal
 from ...base.table import ConfigTable
-from ...control.controller_spec import ControllerSpec, controller_spec
+from ...control.controller_spec import ControllerSpec
 from ...loop.rig_variations import Conditions
 from ...loop.scenarios import Scenario
 from ...rigs.rig import Rig
+from .declared import Experiment, ExperimentFile, declared, part
 from .experiment import (
+    BODE,
+    CONDITIONS,
+    CONTROLLERS,
+    RIG,
+    SPECIMEN,
     BodeConfig,
-    borrowed_controllers,
+    asked_rig,
+    controlled,
     read_bode,
     read_conditions,
-    read_experiment,
-    rig_of,
+    read_controllers,
     with_specimen,
 )
-from .rig_sets import check_variations, read_rig_set
-from .scenario_tables import check_scenarios, read_scenarios
-
-KEYS = (
-    *(
-        "experiment",
-        "rig",
-        "plant",
-        "rigs",
-        "variation",
-        "scenarios",
-        "scenario",
-        "specimen",
-        "from",
-        "controllers",
-        "bode",
-    ),
-    *("ideal", "seed"),
-)
+from .rig_sets import RIGS, check_variations, read_rig_set
+from .scenario_tables import SCENARIOS_KEYS, check_scenarios, read_scenarios
 
 
 @dataclass(frozen=True)
@@ -63,51 +50,23 @@ class BenchLoop:
         return next(iter(self.rigs))
 
 
-@dataclass(frozen=True)
-class BenchConfig:
-    """The loops of a bench on variations of a rig.
-
-    `source` is the experiment file as it was read, with the tables of all its controllers.
-    """
-
-    rig: Rig
-    loops: tuple[BenchLoop, ...]
-    conditions: Conditions
-    source: Mapping[str, Any]
-
-
-def load_bench(path: str | Path, rig: str | None = None) -> BenchConfig:
-    """Read the file of a bench; `rig` replaces the nominal one it names. Raises InputError with file and key."""
-    path = Path(path)
-    top = read_experiment(path)
-    if top.text("experiment") != "bench":
-        raise top.complaint("experiment", f'{echo(top.values["experiment"])}; a bench needs experiment = "bench"')
-    top.allow(*KEYS)
-    nominal = rig_of(top, path, rig)
-    tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
-    scenarios = read_scenarios(top, nominal)
-    controllers = [controller_spec(name, table).knowing(nominal) for name, table in tables.items()]
-    asked = _asked(controllers, scenarios, nominal, str(path))
-    lists = _sets(top, asked)
-    loops = tuple(_loop(top, nominal, signal, lists[signal], asked[signal], scenarios) for signal in asked)
-    check_variations(top, [name for loop in loops for name in loop.rigs])
-    source = {key: value for key, value in top.values.items() if key != "from"}
-    source["controllers"] = {name: part.values for name, part in tables.items()}
-    return BenchConfig(nominal, loops, read_conditions(top), source)
+def _loops(at: ExperimentFile) -> tuple[BenchLoop, ...]:
+    scenarios = read_scenarios(at.top, at.rig)
+    asked = _asked(at, read_controllers(at), scenarios)
+    loops = tuple(_loop(at, signal, asked, scenarios) for signal in asked)
+    check_variations(at.top, [name for loop in loops for name in loop.rigs])
+    return loops
 
 
 def _loop(
-    top: ConfigTable,
-    nominal: Rig,
-    signal: str,
-    rigs: tuple[ConfigTable, str],
-    controllers: Sequence[ControllerSpec],
-    scenarios: Sequence[Scenario],
+    at: ExperimentFile, signal: str, asked: Mapping[str, list[ControllerSpec]], scenarios: Sequence[Scenario]
 ) -> BenchLoop:
+    top, nominal, controllers = at.top, at.rig, asked[signal]
     if signal == "force" and "specimen" not in top:
         raise top.complaint("specimen", "a force needs something to act on; add a table [specimen]")
     rig = with_specimen(nominal, top.table("specimen")) if signal == "force" else nominal
-    members = read_rig_set(*rigs, top, rig)
+    of_signal = isinstance(top.values.get("rigs"), Mapping)  # a table of lists, else one list for all
+    members = read_rig_set(*((top.table("rigs", *asked), signal) if of_signal else (top, "rigs")), top, rig)
     _check_sensors(top, controllers, members)
     full = rig.limit("force" if signal == "force" else "stroke")
     bode = read_bode(top.table("bode"), "amplitudes_percent", full / 100, rig)
@@ -125,31 +84,30 @@ def _check_sensors(top: ConfigTable, controllers: Sequence[ControllerSpec], rigs
 
 
 def _asked(
-    controllers: Sequence[ControllerSpec], scenarios: Sequence[Scenario], rig: Rig, where: str
+    at: ExperimentFile, controllers: Sequence[ControllerSpec], scenarios: Sequence[Scenario]
 ) -> dict[str, list[ControllerSpec]]:
     """Controllers by the signal that they control and scenarios ask for, position before force."""
-    controlled = {controller.name: controller.build(rig.period.value).measures[0] for controller in controllers}
+    signals = {spec.name: controlled(at, spec) for spec in controllers}
     asked = {scenario.signal for scenario in scenarios}
-    if lonely := [name for name, signal in controlled.items() if signal not in asked]:
-        raise InputError(
-            f"{where}: {lonely[0]} controls the {controlled[lonely[0]]}, which no scenario asks for; add one"
-        )
-    if lonely := sorted(asked - set(controlled.values())):
-        raise InputError(f"{where}: scenarios of the {lonely[0]}, which no controller controls; add a controller")
+    if lonely := [name for name, signal in signals.items() if signal not in asked]:
+        what = f"{lonely[0]} controls the {signals[lonely[0]]}, which no scenario asks for; add one"
+        raise InputError(f"{at.path}: {what}")
+    if lonely := sorted(asked - set(signals.values())):
+        what = f"scenarios of the {lonely[0]}, which no controller controls; add a controller"
+        raise InputError(f"{at.path}: {what}")
     return {
-        signal: [controller for controller in controllers if controlled[controller.name] == signal]
-        for signal in sorted(asked, reverse=True)
+        signal: [spec for spec in controllers if signals[spec.name] == signal] for signal in sorted(asked, reverse=True)
     }
 
 
-def _sets(top: ConfigTable, signals: Iterable[str]) -> dict[str, tuple[ConfigTable, str]]:
-    """Where the list of rigs for each signal's loops is: one for all, or a table of lists."""
-    if not isinstance(top.values.get("rigs"), Mapping):
-        return dict.fromkeys(signals, (top, "rigs"))
-    table = top.table("rigs", *signals)
-    return {signal: (table, signal) for signal in signals}
+@declared
+class BenchConfig(Experiment):
+    """The loops of a bench on variations of a rig."""
+
+    KIND = "bench"
+    rig: Rig = part(asked_rig, RIG)
+    loops: tuple[BenchLoop, ...] = part(_loops, {**RIGS, **SCENARIOS_KEYS, **SPECIMEN, **CONTROLLERS, **BODE})
+    conditions: Conditions = part(read_conditions, CONDITIONS)
 
 
-def _own(top: ConfigTable) -> dict[str, ConfigTable]:
-    tables = top.optional_table("controllers")
-    return {name: tables.table(name) for name in tables}
+load_bench = BenchConfig.load

@@ -3,17 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from ...base.signals import Signal
-from ...base.table import ConfigTable
 from ...base.units import from_si
+from ...loop.repeated_record import faded
 from ...loop.robustness.drawn_plants import PlantDraw, draw_plants
 from ...plant import Plant
 from ...rigs.rig import Rig
-from .envelope_keys import MOST_PLANTS, draws_nothing, read_factors
-
-KEYS = ("plants", "draw", "stroke")
+from .declared import ExperimentFile
+from .envelope_keys import draws_nothing, read_factors
 
 
 @dataclass(frozen=True)
@@ -31,24 +27,17 @@ class DrawnConfig:
         return draw_plants(self.rig, plant, self.factors, self.plants, self.seed, self.span)
 
 
-def read_drawn(
-    top: ConfigTable, rig: Rig, seed: int, signal: Signal, reference: np.ndarray, plants: int | None
-) -> DrawnConfig | None:
-    """`plants`, [draw] and `stroke`, the share of the stroke limit within which a record [k] stays; None without them.
-
-    An argument `plants` replaces that of the file. Raises InputError with file and key; for a larger record too.
-    """
-    if draws_nothing(top, plants, *KEYS[1:]):
+def read_drawn(at: ExperimentFile) -> DrawnConfig | None:
+    """`plants`, [within] and `stroke`, the share of the stroke limit within which a record stays; None without them.
+    Raises InputError with file and key; for a larger record too."""
+    top, rig, signal = at.top, at.rig, at.signal
+    if draws_nothing(at, "within", "stroke"):
         return None
     reach = top.positive("stroke") * rig.limit("stroke")
+    reference = faded(at.scenario, at.rest, at.fade, rig.period.value)
     low, high = (reference.min(), reference.max()) if signal.name == "position" else (0.0, 0.0)
     if rig.is_jack and max(-low, high) > reach:
         size = float(from_si(max(-low, high), signal.unit, signal.si))
         raise top.complaint("stroke", f"the record of {size:.4g} {signal.unit} leaves it even from mid stroke")
-    return DrawnConfig(
-        rig,
-        plants or top.count("plants", 1, MOST_PLANTS),
-        seed,
-        read_factors(top, rig),
-        (-reach - min(low, 0.0), reach - max(high, 0.0)),
-    )
+    span = -reach - min(low, 0.0), reach - max(high, 0.0)
+    return DrawnConfig(rig, at.plants, at.conditions.seed, read_factors(top, rig), span)

@@ -1,26 +1,28 @@
-"""The keys of an experiment that say on what its loops have to hold: [draw], positions, [goals]."""
+"""The keys of an experiment that say on what its loops have to hold: [within], positions, [goals]."""
 
 from dataclasses import fields
 
 from ...base.table import ConfigTable
 from ...loop.scenarios import POSITIONS, Limits
 from ...rigs.rig import Rig
+from .declared import ExperimentFile
 
 MOST_PLANTS = 1_000_000  # that are drawn
-_MOST_MOVES = 20
+MOST_MOVES = 20
+WITHIN = {"within": "least and largest factor on numbers of the rig; all others that it gives bounds within these"}
 
 
 def read_factors(top: ConfigTable, rig: Rig) -> dict[str, tuple[float, float]]:
-    """[draw]: the least and the largest factor on numbers of the rig, by name; none without the table.
+    """[within]: the least and the largest factor on numbers of the rig, by name; none without the table.
 
     Raises InputError with file, line and key.
     """
-    draw = top.optional_table("draw")
+    within = top.optional_table("within")
     factors = {}
-    for name in draw:
+    for name in within:
         if name not in rig.numbers:
-            raise draw.complaint(name, f"the rig {rig.name} has no such number; see jackbench show {rig.name}")
-        factors[name] = read_ends(draw, name, "[0.5, 1.5]")
+            raise within.complaint(name, f"the rig {rig.name} has no such number; see jackbench show {rig.name}")
+        factors[name] = read_ends(within, name, "[0.5, 1.5]")
     return factors
 
 
@@ -32,16 +34,16 @@ def read_ends(table: ConfigTable, key: str, example: str = "[0.75, 1.25]") -> tu
     return low, high[0]
 
 
-def draws_nothing(top: ConfigTable, plants: int | None, *keys: str) -> bool:
-    """Whether a file draws no plants, for it does not say how many. Raises InputError where it or an argument `plants`
-    says something of them all the same."""
-    if "plants" in top:
+def draws_nothing(at: ExperimentFile, *keys: str) -> bool:
+    """Whether a file draws no plants, for it does not say how many. Raises InputError where it or an option says
+    something of them all the same."""
+    if "plants" in at.top:
         return False
     for key in keys:
-        if key in top:
-            raise top.complaint(key, "of drawn plants; say how many under `plants`")
-    if plants:
-        raise top.complaint("plants", "missing: the experiment draws none, and --plants cannot say how; add it")
+        if key in at.top:
+            raise at.top.complaint(key, "of drawn plants; say how many under `plants`")
+    if at.asked.get("plants"):
+        raise at.top.complaint("plants", "missing: the experiment draws none, and --plants cannot say how; add it")
     return True
 
 
@@ -59,9 +61,5 @@ def read_limits(top: ConfigTable) -> Limits:
     """[goals]: the limits of the hard goals that are not as usual."""
     table = top.optional_table("goals")
     table.allow(*(entry.name for entry in fields(Limits)))
-    return Limits(**{name: table.positive(name) for name in table if name != "moves"}, moves=read_moves(table))
-
-
-def read_moves(table: ConfigTable) -> int:
-    """moves: how many steps come before the one that is judged; none without the key. Raises InputError."""
-    return table.count("moves", 0, _MOST_MOVES) if "moves" in table else 0
+    moves = table.count("moves", 0, MOST_MOVES) if "moves" in table else 0
+    return Limits(**{name: table.positive(name) for name in table if name != "moves"}, moves=moves)

@@ -1,26 +1,31 @@
-"""What experiment files of several commands share: the rig, a sweep by sines, a specimen, files of one's own laws."""
+"""What experiments of several commands have: a rig, controllers, conditions, drawn plants, a specimen, a sweep."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import echo, nearest
 from ...base.table import ConfigTable
-from ...base.toml import read_toml
-from ...control.controller_spec import read_numbers
-from ...control.load_class import absolute
+from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.protocol import design_numbers, number
 from ...loop.rig_variations import Conditions
 from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
 from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
+from .declared import ExperimentFile
 
 _SHEET = ".csv"
 MOST_POINTS = 1000  # of a sweep: each is a simulation
 SLOWEST = 1e-3  # Hz, of a sine: a quarter of an hour a cycle
+RIG = {"rig": "a bundled rig or a rig file", "plant": "a linear plant, in place of `rig`"}
+BODE = {"bode": "range, points and amplitudes of a sweep by sines"}
+SPECIMEN = {"specimen": "what a force acts on"}
+CONTROLLERS = {"controllers": "tables of controllers, by name", "from": "controllers of other experiments, by file"}
+CONDITIONS = {
+    "ideal": "`true`: no computing delay, no noise, no resolution",
+    "seed": "of the sensors' noise, of what is drawn, and of a search",
+}
 
 
 @dataclass(frozen=True)
@@ -41,60 +46,10 @@ class Specimen:
     damping: float = number("N s/m", 0.0, 1e9, "damping of the specimen")
 
 
-def read_experiment(path: Path) -> ConfigTable:
-    """The document of an experiment file; a path in a controller's `use` or `network`, in a `file` or of a rig
-    among `rigs`, counts from its folder, and is made absolute.
-
-    Raises InputError with file and line.
-    """
-    top = read_toml(path)
-    return top.replaced(_absolute(top.values, path.parent))
-
-
-def _absolute(value: Any, folder: Path) -> Any:
-    if isinstance(value, list):
-        return [_absolute(item, folder) for item in value]
-    if not isinstance(value, Mapping):
-        return value
-    return {key: _absolute_entry(key, item, folder) for key, item in value.items()}
-
-
-def _absolute_entry(key: str, item: Any, folder: Path) -> Any:
-    if key == "use" and isinstance(item, str):
-        return absolute(item, folder)
-    if key in ("file", "network") and isinstance(item, str):
-        return str((folder / item).resolve())
-    if key == "rigs":
-        return _absolute_rigs(item, folder)
-    return _absolute(item, folder)
-
-
-def _absolute_rigs(item: Any, folder: Path) -> Any:
-    """The list of rigs, or the table of lists, with the paths of rig files."""
-    if isinstance(item, Mapping):
-        return {key: _absolute_rigs(entry, folder) for key, entry in item.items()}
-    if not isinstance(item, list):
-        return item
-    return [str((folder / name).resolve()) if str(name).endswith(".toml") else name for name in item]
-
-
-def data_files(source: Mapping[str, Any]) -> dict[str, str]:
-    """Digests of the files that scenarios, a record, the set of rigs and policies of an experiment name, by path."""
-    rigs = source.get("rigs", [])
-    lists = rigs.values() if isinstance(rigs, Mapping) else [rigs]
-    paths = [name for names in lists for name in names if name.endswith(".toml")]
-    courses = [*source.get("scenario", {}).values(), source.get("record", {})]
-    paths += [table["file"] for table in courses if "file" in table]
-    paths += [source["network"]] if isinstance(source.get("network"), str) else []
-    for controller in source.get("controllers", {}).values():
-        paths += [part["network"] for part in (controller, *controller.get("compensators", [])) if "network" in part]
-    return {path: sha256(Path(path).read_bytes()).hexdigest() for path in paths}
-
-
-def rig_of(top: ConfigTable, path: Path, rig: str | None) -> Rig:
+def rig_of(top: ConfigTable, path: Path, rig: str | Rig | None) -> Rig:
     """The rig that an experiment names, or the one that is to replace it."""
     if rig:
-        return load_rig(rig)
+        return load_rig(rig) if isinstance(rig, str) else rig
     name = rig_name(top)
     return _measured_plant(top.table("plant"), name) if name.endswith(_SHEET) else load_rig(name, path.parent)
 
@@ -126,31 +81,56 @@ def _measured_plant(plant: ConfigTable, sheet: str) -> Rig:
     return read_linear_rig(plant.replaced(tables), Path(sheet).stem)
 
 
-def read_conditions(top: ConfigTable) -> Conditions:
-    """Under which the loops are judged: `ideal = true`, or the `seed` of the sensors' noise."""
-    return Conditions(top.flag("ideal", False), top.count("seed", 0) if "seed" in top else 0)
+def asked_rig(at: ExperimentFile) -> Rig:
+    """The rig of an experiment, or the one that is asked for instead. Raises InputError."""
+    return rig_of(at.top, at.path, at.asked.get("rig"))
+
+
+def asked_jack(at: ExperimentFile) -> Rig:
+    """The rig that is asked for, which must be a jack."""
+    rig = asked_rig(at)
+    if not rig.is_jack:
+        raise at.top.complaint("rig", f"{rig.name} has no chambers and no supply; name a jack")
+    return rig
+
+
+def on_specimen(at: ExperimentFile) -> Rig:
+    """The rig, with the specimen on its load cell where the experiment has one."""
+    rig = asked_rig(at)
+    return with_specimen(rig, at.top.table("specimen")) if "specimen" in at.top else rig
+
+
+def read_controllers(at: ExperimentFile) -> tuple[ControllerSpec, ...]:
+    """The controllers of the file, its own or other files', for its rig. Raises InputError."""
+    if not at.tables:
+        raise at.top.complaint(
+            "controllers", "no controllers; add a table [controllers.NAME], or name one under [from]"
+        )
+    return tuple(controller_spec(name, table).knowing(at.rig) for name, table in at.tables.items())
+
+
+def sole_controller(at: ExperimentFile) -> Any:
+    """The one controller of an experiment that takes no more. Raises InputError."""
+    controller, *more = at.controllers
+    if more:
+        raise at.top.complaint("controllers", f"{1 + len(more)} of them; name one here or under [from]")
+    return controller
+
+
+def controlled(at: ExperimentFile, spec: ControllerSpec) -> str:
+    """The name of the signal that a controller controls."""
+    return spec.build(at.rig.period.value).measures[0]
+
+
+def read_conditions(at: ExperimentFile) -> Conditions:
+    """Under which the loops are judged."""
+    return Conditions(at.top.flag("ideal", False), at.top.count("seed", 0) if "seed" in at.top else 0)
 
 
 def on_platform(top: ConfigTable, path: Path, rig: str | None) -> bool:
     """Whether an experiment is on a platform: `rig`, or else the one that its file at `path` names."""
     named = rig or (top.text("rig") if "rig" in top else "")
     return is_platform(named) or is_platform(path.parent / named)
-
-
-def borrowed_controllers(table: ConfigTable, folder: Path) -> dict[str, ConfigTable]:
-    """Tables of controllers from other experiment files: `[from]`, file = [names]."""
-    borrowed: dict[str, ConfigTable] = {}
-    for file in table:
-        there = read_experiment(folder / file).optional_table("controllers")
-        if not len(there):
-            raise table.complaint(file, "has no controllers; name another file")
-        for name in table.words(file, next(iter(there))):
-            if name not in there:
-                raise table.complaint(file, f"no controller {echo(name)}; {nearest(name[:80], there)}")
-            if name in borrowed:
-                raise table.complaint(file, f"{name} is there already; take one of the two out")
-            borrowed[name] = there.table(name)
-    return borrowed
 
 
 def with_specimen(rig: Rig, specimen: ConfigTable) -> Rig:

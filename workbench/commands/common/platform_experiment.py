@@ -1,28 +1,33 @@
 """What experiments on a platform share: the platform, controllers on its legs or modes, steps, how they are judged."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-
 from ...base.table import ConfigTable
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
 from ...control.platform_controller import LEGS, Forward, PlatformSpec, Smoothing
 from ...loop.platform.steps import AxisStep
 from ...loop.rig_variations import Conditions
 from ...rigs.platform import Platform, load_platform
-from .experiment import borrowed_controllers, read_conditions
+from .declared import Experiment, ExperimentFile, declared, part
+from .experiment import CONDITIONS, CONTROLLERS, read_conditions
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlatformExperiment:
-    """Controllers on a platform, and the conditions under which they are judged. `source` is the file, with the tables
-    of controllers that it borrows."""
+def _platform(at: ExperimentFile) -> Platform:
+    rig = at.asked.get("rig")
+    return load_platform(rig) if rig else load_platform(at.top.text("rig"), at.path.parent)
 
-    rig: Platform
-    controllers: tuple[PlatformSpec, ...]
-    conditions: Conditions
-    source: Mapping[str, Any]
+
+def _controllers(at: ExperimentFile) -> tuple[PlatformSpec, ...]:
+    if not at.tables:
+        raise at.top.complaint("controllers", "no controllers; add a table [controllers.NAME]")
+    return tuple(platform_controller(name, table, at.rig) for name, table in at.tables.items())
+
+
+@declared
+class PlatformExperiment(Experiment):
+    """Controllers on a platform, and the conditions under which they are judged."""
+
+    rig: Platform = part(_platform, {"rig": "a platform"})
+    controllers: tuple[PlatformSpec, ...] = part(_controllers, CONTROLLERS)
+    conditions: Conditions = part(read_conditions, CONDITIONS)
 
     @property
     def delay(self) -> float:
@@ -30,31 +35,10 @@ class PlatformExperiment:
         return 0.0 if self.conditions.ideal else self.rig.legs[0].rig.computing_delay.value
 
 
-def platform_experiment(top: ConfigTable, path: Path, rig: str | None, borrows: bool = False) -> PlatformExperiment:
-    """Of the file at a path, which has its controllers or `borrows` them; `rig` replaces the platform that it names.
-    Raises InputError with file and key."""
-    platform = load_platform(rig) if rig else load_platform(top.text("rig"), path.parent)
-    if not borrows:
-        own, source = platform_controllers(top, platform), top.values
-    else:
-        tables = borrowed_controllers(top.table("from"), path.parent)
-        own = tuple(platform_controller(name, table, platform) for name, table in tables.items())
-        source = {**top.values, "controllers": {name: table.values for name, table in tables.items()}}
-    return PlatformExperiment(rig=platform, controllers=own, conditions=read_conditions(top), source=source)
-
-
-def read_steps(top: ConfigTable) -> tuple[AxisStep, ...]:
+def read_steps(at: ExperimentFile) -> tuple[AxisStep, ...]:
     """The steps along axes under the key scenarios. Raises InputError with file and key."""
-    names = top.words("scenarios", "heave-10mm")
-    return tuple(top.about("scenarios", lambda name=name: AxisStep.named(name)) for name in names)
-
-
-def platform_controllers(top: ConfigTable, platform: Platform) -> tuple[PlatformSpec, ...]:
-    """Those of the tables [controllers.NAME]. Raises InputError with file and key."""
-    tables = top.table("controllers")
-    if not len(tables):
-        raise top.complaint("controllers", "no controllers; add a table [controllers.NAME]")
-    return tuple(platform_controller(name, tables.table(name), platform) for name in tables)
+    names = at.top.words("scenarios", "heave-10mm")
+    return tuple(at.top.about("scenarios", lambda name=name: AxisStep.named(name)) for name in names)
 
 
 def platform_controller(name: str, table: ConfigTable, platform: Platform) -> PlatformSpec:

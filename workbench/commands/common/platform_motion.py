@@ -13,7 +13,7 @@ from ...records.frequency_sheet import Columns
 from ...records.road import CLASSES
 from ...rigs.platform import AXES, Platform
 
-ROAD = ("axis", "road", "speed", "duration", "band_hz", "peak")
+ROAD = ("axis", "road", "speed", "seconds", "band_hz", "peak")
 MOTION = ("file", "highpass_hz", *ROAD)
 _LONGEST = 60.0  # s
 _POSES, _ACCELERATIONS = ("m", "m", "m", "rad", "rad", "rad"), ("m/s^2", "m/s^2", "m/s^2", *3 * ("rad/s^2",))
@@ -136,7 +136,7 @@ def _road(table: ConfigTable, platform: Platform) -> PlatformMotion:
         raise table.complaint("band_hz", f"must be two frequencies from 0.1 to {nyquist:g} Hz, such as [0.5, 10]")
     axis, kind = table.word("axis", AXES), table.word("road", CLASSES)
     speed = table.quantity("speed", Spec("m/s", 0.1, 100.0, "speed at which the road is driven"))
-    seconds = table.quantity("duration", Spec("s", 1.0, _LONGEST, "of the road"))
+    seconds = table.quantity("seconds", Spec("s", 1.0, _LONGEST, "of the road"))
     peak = table.quantity("peak", Spec("m", 1e-6, 1.0, "largest deviation at the joints"))
     numbers = AXES.index(axis), kind, speed, seconds, (band[0], band[1]), peak
     pose = table.about("road", lambda: road_pose(platform, *numbers))

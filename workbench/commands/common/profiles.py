@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ...loop.trajectories import MotionProfile
 
 PROFILES = ("jerk-limited", "time-optimal")
-DURATION = Spec("s", 1e-3, 1e6, "how long it is watched")
+SECONDS = Spec("s", 1e-3, 1e6, "how long it is watched")
 _LIMITS = {"speed": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 _WATCHED = 1.0  # s: after it arrives
 _ROUNDING = 1 + 1e-9
@@ -27,8 +27,8 @@ def read_profile(name: str, table: ConfigTable, size: float, rig: Rig, further: 
     period = rig.period.value
     t = np.arange(int(np.ceil(trajectory.duration / period)) + 1) * period
     duration = trajectory.duration + _WATCHED
-    if "duration" in table:
-        duration = table.quantity("duration", DURATION)
+    if "seconds" in table:
+        duration = table.quantity("seconds", SECONDS)
     waveform = tuple(t.tolist()), tuple(trajectory.at(t)[0].tolist())
     return Scenario(name, "position", size, duration, waveform=waveform, stands=float(t[-1]), **further)
 

@@ -9,9 +9,21 @@ from ...base.units import Spec
 from ...loop.rig_variations import RIG_SET, variation
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
+from .declared import ExperimentFile
 from .experiment import with_specimen
 
 _ANY = float("inf")
+RIGS = {
+    "rigs": "standard variations, tables [variation.NAME], or rig files",
+    "variation": "rigs of the set by name, with `factors` on numbers of the rig, or other `values`",
+}
+
+
+def checked_rig_set(at: ExperimentFile) -> dict[str, Rig]:
+    """The set of an experiment's rig, by name. Raises InputError for a variation that no list names, too."""
+    rigs = read_rig_set(at.top, "rigs", at.top, at.rig)
+    check_variations(at.top, rigs)
+    return rigs
 
 
 def read_rig_set(rigs: ConfigTable, key: str, top: ConfigTable, rig: Rig) -> dict[str, Rig]:

@@ -12,12 +12,16 @@ from ...base.units import Spec
 from ...loop.reach import check_flow, check_reach
 from ...loop.scenarios import SCENARIOS, Scenario, scenario
 from ...rigs.rig import Rig
-from .profiles import DURATION, read_profile
+from .profiles import SECONDS, read_profile
 
 _KEYS = (
     *("signal", "size", "rate", "frequency", "file", "slow", "road", "start", "load", "load_at", "travel", "speed"),
-    *("duration", "profile", "acceleration", "jerk"),
+    *("seconds", "profile", "acceleration", "jerk"),
 )
+SCENARIOS_KEYS = {
+    "scenarios": "standard ones by name, or tables [scenario.NAME]",
+    "scenario": "scenarios of the experiment's own, by name",
+}
 _COURSES = ("rate", "frequency", "file", "road", "profile")
 _LARGE = 1e12
 
@@ -76,11 +80,11 @@ def _own(name: str, tables: ConfigTable, rig: Rig) -> Scenario:
         further["rate"] = table.quantity("rate", Spec(f"{si}/s", 1e-12, _LARGE, "rate of a ramp"))
     if "frequency" in table:
         further["frequency"] = table.quantity("frequency", Spec("Hz", 1e-6, rig.nyquist, "frequency of a sine"))
-    return Scenario(name, signal, size, table.quantity("duration", DURATION), **further)
+    return Scenario(name, signal, size, table.quantity("seconds", SECONDS), **further)
 
 
 def _road(name: str, table: ConfigTable, signal: str, further: dict[str, Any], rig: Rig) -> Scenario:
-    """A random road over the `duration`, from its first height on."""
+    """A random road over its `seconds`, from its first height on."""
     from ...records.road import CLASSES, road
 
     if signal != "position":
@@ -88,7 +92,7 @@ def _road(name: str, table: ConfigTable, signal: str, further: dict[str, Any], r
     if "size" in table:
         raise table.complaint("size", "the class of the road has the size; remove one")
     part = table.table("road", "class", "speed", "low", "high", "seed")
-    duration = table.quantity("duration", DURATION)
+    duration = table.quantity("seconds", SECONDS)
     low, high = (part.quantity(key, Spec("Hz", 1e-3, rig.nyquist, f"{key}est frequency")) for key in ("low", "high"))
     speed = part.quantity("speed", Spec("m/s", 0.01, 100.0, "speed of the vehicle"))
     kind, seed = part.word("class", CLASSES), part.count("seed", 0)
@@ -154,8 +158,8 @@ def _waveform(name: str, table: ConfigTable, signal: str, further: dict[str, Any
     period = rig.period.value
     record = slowed_record(t, values, period, capability(rig)) if slow else sampled_record(t, values, period)
     span, duration = float(np.ptp(record.values)), float(record.t[-1])
-    if "duration" in table:
-        duration = table.quantity("duration", DURATION)
+    if "seconds" in table:
+        duration = table.quantity("seconds", SECONDS)
     slowed_for = rig.name if record.slowed != 1 else ""
     further |= {"slowed": record.slowed, "slowed_for": slowed_for, "left_out": record.left_out}
     return Scenario(

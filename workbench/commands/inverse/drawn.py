@@ -18,7 +18,7 @@ from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words
 from ..common.outcome import Progress, Stage
 from ..common.plant_ranges import ranges_table
-from .config import InverseConfig
+from .options import InverseConfig
 
 SHARES = {"p50": 0.5, "p99": 0.99, "worst": 1.0}
 
@@ -42,7 +42,7 @@ def drawn_errors(
     config: InverseConfig, spec: ControllerSpec, inverse: ReferenceInverse, stage: Stage, progress: Progress
 ) -> DrawnErrors | None:
     """The errors of a controller, some hundred plants a stage; None without drawn plants."""
-    record, parts = config.record, []
+    record, parts = config, []
     if record.drawn is None:
         return None
     for number, lanes in enumerate(record.lanes(spec, record.drawn), 1):
@@ -78,14 +78,14 @@ def drawn_rows(config: InverseConfig, drawn: Mapping[str, DrawnErrors]) -> list[
             "larger": int((errors.inverse > errors.as_it_is).sum()),
             "tripped": int(np.isinf(errors.as_it_is).sum()),
             "tripped_inverse": int(np.isinf(errors.inverse).sum()),
-            "least": errors.draw.plant(least, config.record.rig),
+            "least": errors.draw.plant(least, config.rig),
         })  # fmt: skip
     return rows
 
 
 def drawn_section(config: InverseConfig, drawn: Mapping[str, DrawnErrors]) -> Section:
     """What the report shows of them."""
-    record, rows = config.record, drawn_rows(config, drawn)
+    record, rows = config, drawn_rows(config, drawn)
     least = Table("The plant on which the inverse brings least", ["controller", *rows[0]["least"]],
                   [[row["controller"], *row["least"].values()] for row in rows])  # fmt: skip
     ranges = ranges_table(next(iter(drawn.values())).draw.columns(record.rig))
@@ -93,7 +93,7 @@ def drawn_section(config: InverseConfig, drawn: Mapping[str, DrawnErrors]) -> Se
 
 
 def _table(config: InverseConfig, rows: list[dict[str, Any]]) -> Table:
-    signal = config.record.signal
+    signal = config.signal
     errors = [f"{key}_{q}" for key in ("error_rms", "error_rms_inverse") for q in SHARES]
     heads = [
         "controller", "plants", *(f"{how}{share} [{signal.unit}]" for how in ("", "with the inverse, ")
@@ -108,14 +108,14 @@ def _table(config: InverseConfig, rows: list[dict[str, Any]]) -> Table:
         ]
         for row in rows
     ]
-    judged = played_words(config.record.conditions, config.record.rig)
+    judged = played_words(config.conditions, config.rig)
     note = f"RMS of the true error; a dash where the guard trips. {judged}"
-    return Table(f"Error of {config.record.scenario.name}", heads, cells, note)
+    return Table(f"Error of {config.scenario.name}", heads, cells, note)
 
 
 def _figure(config: InverseConfig, drawn: Mapping[str, DrawnErrors]) -> Figure:
     """How the errors are distributed."""
-    signal, curves = config.record.signal, []
+    signal, curves = config.signal, []
     for name, errors in drawn.items():
         for how, values in {name: errors.as_it_is, f"{name}, inverse": errors.inverse}.items():
             values = np.sort(from_si(values[np.isfinite(values)], signal.unit, signal.si))

@@ -17,8 +17,8 @@ from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section,
 from ..common.fitted_plant import with_fit
 from ..common.metric_table import MetricView
 from ..common.time_figure import signal_panel
-from .config import InverseConfig
 from .drawn import DrawnErrors
+from .options import InverseConfig
 
 LOWEST, HIGHEST = 0.1, 100.0  # Hz, of figures
 
@@ -41,7 +41,7 @@ def tables(config: InverseConfig, inverted: Mapping[str, Inverted]) -> dict[str,
     ahead = config.preview - np.arange(config.taps)
     taps = {f"taps-{name}": {"ahead": ahead, "tap": each.inverse.taps} for name, each in inverted.items()}
     plants = {
-        f"plants-{name}": each.drawn.draw.columns(config.record.rig)
+        f"plants-{name}": each.drawn.draw.columns(config.rig)
         | {"error_rms": each.drawn.as_it_is, "error_rms_inverse": each.drawn.inverse}
         for name, each in inverted.items()
         if each.drawn is not None
@@ -51,21 +51,21 @@ def tables(config: InverseConfig, inverted: Mapping[str, Inverted]) -> dict[str,
 
 def drive_file(config: InverseConfig, inverted: Inverted) -> dict[str, str]:
     """The record as one inverse filters it, deviations from the start."""
-    drive = inverted.inverse.filtered(config.record.reference)
-    t = np.arange(len(drive)) * config.record.rig.period.value
-    return {f"drive-{inverted.controller}.csv": table_text({"t": t, config.record.signal.name: drive})}
+    drive = inverted.inverse.filtered(config.reference)
+    t = np.arange(len(drive)) * config.rig.period.value
+    return {f"drive-{inverted.controller}.csv": table_text({"t": t, config.signal.name: drive})}
 
 
 def page(
     config: InverseConfig, inverted: Mapping[str, Inverted], metrics: Mapping[str, Any], drawn: list[Section]
 ) -> Page:
     """The report; `drawn`: its section of drawn plants."""
-    record, ahead = config.record, config.preview * config.record.rig.period.value * 1e3
+    record, ahead = config, config.preview * config.rig.period.value * 1e3
     factors = {name: [row["factor"] for row in metrics["rows"] if row["controller"] == name] for name in inverted}
     ranges = ", ".join(f"{spanned(each)} for {name}" for name, each in factors.items())
     verdict = (
         f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {ranges}, on "
-        f"{counted(len(record.rigs), 'rig')}; it is designed on {len(config.over)} of them."
+        f"{counted(len(record.rigs), 'rig')}; it is designed on {len(config.designed_on)} of them."
     )
     parts = inverted.values()
     sections = [
@@ -98,8 +98,8 @@ def _outer_verdict(metrics: Mapping[str, Any]) -> str:
 
 def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
     keys = ("controller", "rig", "designed on", "error_rms", "error_rms_inverse", "factor", "peak_command", "tripped")
-    rows = [{**row, "designed on": row["rig"] in config.over} for row in metrics["rows"]]
-    view = MetricView.of(config.record.rig, config.record.signal)
+    rows = [{**row, "designed on": row["rig"] in config.designed_on} for row in metrics["rows"]]
+    view = MetricView.of(config.rig, config.signal)
     return view.table("Error of the record", rows, keys, "True errors, with noise and computing delay.")
 
 
@@ -136,12 +136,12 @@ def gain_figure(inverse: ReferenceInverse, controller: str = "") -> Figure:
 def _record(config: InverseConfig, inverted: Inverted) -> Figure:
     """The record on the first rig."""
     name, run = next(iter(inverted.runs.items()))
-    signal, reference = config.record.signal, config.record.reference
-    t = np.arange(len(reference)) * config.record.rig.period.value
+    signal, reference = config.signal, config.reference
+    t = np.arange(len(reference)) * config.rig.period.value
     true = {how: (t[: len(each.true)], each.true) for how, each in run.items()}
     errors = {how: (own, reference[: len(values)] - values) for how, (own, values) in true.items()}
     panels = [signal_panel(signal, {"reference": (t, reference), **true}), signal_panel(signal, errors, "error")]
-    return Figure(f"{config.record.scenario.name} by {inverted.controller} on {name}", "time [s]", panels)
+    return Figure(f"{config.scenario.name} by {inverted.controller} on {name}", "time [s]", panels)
 
 
 def _outer_table(metrics: Mapping[str, Any]) -> Table:

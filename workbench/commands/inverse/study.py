@@ -16,8 +16,8 @@ from ...loop.rows import LinearLoops, LoopSetup, linear_loops
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .config import InverseConfig
 from .drawn import drawn_errors, drawn_rows, drawn_section
+from .options import InverseConfig
 from .page import Inverted, drive_file, left_figure, page, tables
 
 Loops = Mapping[str, LinearLoops]
@@ -25,7 +25,7 @@ Loops = Mapping[str, LinearLoops]
 
 def run_inverse(config: InverseConfig, stage: Stage, progress: Progress) -> Outcome:
     """For each controller the inverse of its loops on `over`; the record with and without it, and the outer loop."""
-    record = config.record
+    record = config
     inverted = {spec.name: _inverted(config, spec, stage, progress) for spec in record.controllers}
     drawn = {name: each.drawn for name, each in inverted.items() if each.drawn is not None}
     metrics = {
@@ -45,7 +45,7 @@ def run_inverse(config: InverseConfig, stage: Stage, progress: Progress) -> Outc
 
 def _inverted(config: InverseConfig, spec: ControllerSpec, stage: Stage, progress: Progress) -> Inverted:
     """The inverse of one controller's loops, and what it does."""
-    setups = config.record.setups(spec)
+    setups = config.setups(spec)
     loops = {name: linear_loops(spec, setup) for name, setup in setups.items()}
     inverse = _designed(config, spec, loops)
     runs = {}
@@ -62,15 +62,15 @@ def _designed(config: InverseConfig, spec: ControllerSpec, loops: Loops) -> Refe
     for where, loop in both.items():
         if loop.closed is None:
             raise InputError(f"{spec.name}: no linear stable loop on {where}; choose another")
-    designed = [both[f"{name}, {point}"] for name in config.over for point in ("null", "moving")]
-    return designed_inverse(designed, config.record.rig.period.value, config.preview, config.taps, config.band)
+    designed = [both[f"{name}, {point}"] for name in config.designed_on for point in ("null", "moving")]
+    return designed_inverse(designed, config.rig.period.value, config.preview, config.taps, config.band)
 
 
 def _played(
     config: InverseConfig, spec: ControllerSpec, name: str, setup: LoopSetup, inverse: ReferenceInverse, stage: Stage
 ) -> dict[str, Iteration]:
     """The record as it is and filtered, with the same noise."""
-    repeated, reference = config.record.repeated(spec, setup), config.record.reference
+    repeated, reference = config.repeated(spec, setup), config.reference
     drives = {"as it is": reference, "inverse": inverse.filtered(reference)}
 
     def play(drive: np.ndarray) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def _outers(
 ) -> dict[tuple[str, str], LinearLoop]:
     """The outer loop by operating point, without and with the inverse."""
     assert config.outer is not None
-    controller = spec.build(config.record.rig.period.value)
+    controller = spec.build(config.rig.period.value)
     plants = {"null": setup.null_plant, "moving": setup.moving_plant}
     return {
         (point, how): outer_loop(plant, controller, config.outer, before)

@@ -15,7 +15,7 @@ from ...report import Curve, Figure, Panel, Section, Table
 from ..common.judged import played_words
 from ..common.outcome import Progress, Stage
 from ..common.plant_ranges import ranges_table
-from .config import LearnConfig
+from .options import LearnConfig
 
 FALL = 20.0  # dB: what learning aims at
 
@@ -37,7 +37,7 @@ def learned_on_drawn(
     config: LearnConfig, learning: LearningFilter, stage: Stage, progress: Progress
 ) -> DrawnLearning | None:
     """What is learned on the drawn plants, some hundreds a stage; None without them."""
-    record, parts = config.record, []
+    record, parts = config, []
     if record.drawn is None:
         return None
     for number, lanes in enumerate(record.lanes(config.controller, record.drawn), 1):
@@ -48,7 +48,7 @@ def learned_on_drawn(
 
 
 def _columns(config: LearnConfig, learning: LearningFilter, lanes: RepeatedLanes) -> dict[str, np.ndarray]:
-    learned = learn_lanes(learning, config.record.reference, lanes.play, len(lanes.p), config.iterations)
+    learned = learn_lanes(learning, config.reference, lanes.play, len(lanes.p), config.iterations)
     return {
         "fall_db": learned.fall_db,
         "error": learned.errors[:, 0],
@@ -73,7 +73,7 @@ def drawn_row(config: LearnConfig, drawn: DrawnLearning) -> dict[str, Any]:
         "taken_back": int(lanes["taken_back"].sum()),
         "trips": int(lanes["trips"].sum()),
         "stopped": {why or "iterations": int((lanes["stopped"] == place).sum()) for place, why in enumerate(STOPS)},
-        "least": drawn.draw.plant(int(np.argmin(fall)), config.record.rig),
+        "least": drawn.draw.plant(int(np.argmin(fall)), config.rig),
     }
 
 
@@ -92,12 +92,10 @@ def drawn_sections(config: LearnConfig, drawn: DrawnLearning) -> list[Section]:
     }
     note = f"Counts of plants; {config.iterations} iterations at most, by the same filter on all of them. "
     table = Table("Learning", list(heads.values()), [[row[key] for key in heads]],
-                  note + played_words(config.record.conditions, config.record.rig))  # fmt: skip
+                  note + played_words(config.conditions, config.rig))  # fmt: skip
     share = 100 * np.arange(len(fall), 0, -1) / len(fall)
     panel = Panel("plants [%]", [Curve(config.controller.name, np.sort(fall), share)])
     figure = Figure("Share of the plants whose error falls by as much", "fall of the RMS error [dB]", [panel])
     least = Table("The plant of the least fall", list(row["least"]), [list(row["least"].values())])
     stopped = Table("Stopped because", ["reason", "plants"], [list(item) for item in row["stopped"].items()])
-    return [
-        Section("Drawn plants", [table, figure, least, stopped, ranges_table(drawn.draw.columns(config.record.rig))])
-    ]
+    return [Section("Drawn plants", [table, figure, least, stopped, ranges_table(drawn.draw.columns(config.rig))])]

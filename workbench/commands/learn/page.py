@@ -15,8 +15,8 @@ from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
 from ..common.metric_table import MetricView
 from ..common.record_experiment import RecordExperiment
-from .config import LearnConfig
 from .drawn import DrawnLearning, drawn_sections
+from .options import LearnConfig
 
 SPECTRUM_SHARE = 1.5  # of the cut-off: as far as frequency plots go
 
@@ -97,7 +97,7 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
 
 def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
-    record = config.record
+    record = config
     curves = [kept_errors(name, each, partial(shown, record)) for name, each in learned.items()]
     floor = float(shown(record, max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
@@ -113,7 +113,7 @@ def page(
     drawn: DrawnLearning | None,
 ) -> Page:
     """The report."""
-    record = config.record
+    record = config
     falls = ", ".join(f"{each.fall_db:.1f} dB in {_count(each)} on {name}" for name, each in learned.items())
     verdict = f"The error of {record.scenario.name} by {config.controller.name} falls by {falls}.{_limits(learned)}"
     sections = drawn_sections(config, drawn) if drawn else []

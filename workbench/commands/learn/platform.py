@@ -23,8 +23,8 @@ from ...records.frequency_sheet import table_text
 from ...report import Figure, Page
 from ...rigs.platform import AXES
 from ..common.outcome import Outcome, Progress, Stage
-from .config import LearnConfig
 from .drawn import FALL
+from .options import LearnConfig
 from .page import rows
 from .platform_config import PlatformLearnConfig
 from .platform_page import PlatformLearning, platform_learning_page
@@ -43,11 +43,11 @@ def run_any(config: LearnConfig | PlatformLearnConfig, stage: Stage, progress: P
 def run_platform_learning(config: PlatformLearnConfig, stage: Stage, progress: Progress) -> Outcome:
     """The filter of the measured response, that it converges on all payloads, and what is learned on each."""
     progress("build, equilibrium")
-    setup = platform_setup(config.record.rig, config.record.delay)
+    setup = platform_setup(config.rig, config.delay)
     check_motion(setup, config.motion.pose)
-    drawn = config.record.drawn
-    payloads = drawn.draw(setup, config.record.conditions.seed) if drawn else []
-    seed, spec = config.record.conditions.noise, config.controller
+    drawn = config.drawn
+    payloads = drawn.draw(setup, config.conditions.seed) if drawn else []
+    seed, spec = config.conditions.noise, config.controller
     players = {DECLARED: RepeatedMotion.of(spec, setup, seed)}
     for number, payload in enumerate(payloads, 1):
         progress(f"payload {number} of {len(payloads)}")

@@ -20,9 +20,9 @@ from ...loop.rows import LoopSetup, linear_loops
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .config import LearnConfig
 from .drawn import drawn_row, learned_on_drawn
 from .measured import measured_loop
+from .options import LearnConfig
 from .page import Convergence, drive_files, figure, page, rows, shown, tables
 
 HIGHEST = 0.25  # of the control rate: the highest cut-off that Q may have
@@ -33,7 +33,7 @@ Play = Callable[[int, np.ndarray, float], Iteration]
 
 def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outcome:
     """The filter of the first rig, that it converges on all; what is learned on each of them and on drawn plants."""
-    record = config.record
+    record = config
     setups, reference = record.setups(config.controller), record.reference
     convergence = _convergence(config, setups, len(reference), stage)
     progress(convergence.verdict)
@@ -67,7 +67,7 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
 
     Raises InputError for a loop that is unstable, or without a linear view, and where no cut-off converges.
     """
-    period, controller = config.record.rig.period.value, config.controller
+    period, controller = config.rig.period.value, config.controller
     f = record_frequencies(samples, period)
     responses: dict[str, np.ndarray] = {}
     for name, setup in setups.items():
@@ -78,9 +78,9 @@ def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage
             responses[f"{name}, {point}"] = np.interp(f, loop.f, loop.closed)
     design, highest = np.array(list(responses.values())[:2]), HIGHEST / period
     if config.measure is not None:
-        repeated = config.record.repeated(config.controller, next(iter(setups.values())))
+        repeated = config.repeated(config.controller, next(iter(setups.values())))
         measure = config.measure
-        line = stage("measured", lambda: measured_loop(config.record, measure, repeated))
+        line = stage("measured", lambda: measured_loop(config, measure, repeated))
         design, highest = np.interp(f, line["f"], line["response"])[None], line["f"][-1]
         responses["measured"] = design[0]
     learning = learning_filter(f, samples, design, np.array(list(responses.values())), highest)
@@ -103,9 +103,9 @@ def _learned(
 
     def told(iteration: Iteration) -> str:
         error = rms(reference[: len(iteration.measured)] - iteration.measured)
-        return f"{shown(config.record, error):.4g} {config.record.signal.unit}"
+        return f"{shown(config, error):.4g} {config.signal.unit}"
 
-    repeated = config.record.repeated(config.controller, setup)
+    repeated = config.repeated(config.controller, setup)
     return learn(learning, reference, staged(repeated.play, name, told, stage, progress), config.iterations)
 
 

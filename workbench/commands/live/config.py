@@ -12,9 +12,10 @@ from ...loop.scenarios import Limits
 from ...loop.tuning.problem import Searched
 from ...rigs.rig import Rig
 from ..common.bench_experiment import load_bench
-from ..common.experiment import read_experiment, rig_name
+from ..common.experiment import rig_name
+from ..common.experiment_file import read_experiment
 from ..common.step_experiment import StepConfig, load_steps
-from ..tune.config import load_tune
+from ..tune.options import load_tune
 
 RIGS = ("nominal", "mass-50", "mass+50", "beta-50", "supply-20")  # of a jack whose experiment names no set
 
@@ -62,5 +63,13 @@ def _usual_rigs(rig: Rig) -> dict[str, Rig]:
 def _of_bench(path: Path, top: ConfigTable) -> LiveConfig:
     bench = load_bench(path)
     loop = bench.loops[0]
-    shown = loop.rig, loop.signal, loop.controllers, loop.scenarios, loop.bode
-    return LiveConfig(path.stem, StepConfig(*shown, bench.conditions, bench.source), rig_name(top), loop.rigs)
+    steps = StepConfig(
+        rig=loop.rig,
+        signal=loop.signal,
+        controllers=loop.controllers,
+        scenarios=loop.scenarios,
+        bode=loop.bode,
+        conditions=bench.conditions,
+        source=bench.source,
+    )
+    return LiveConfig(path.stem, steps, rig_name(top), loop.rigs)

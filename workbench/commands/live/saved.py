@@ -113,7 +113,7 @@ def _table(scenario: Scenario) -> dict[str, Any]:
         "load": (scenario.load, "N"),
         "travel": (scenario.travel, "m"),
         "speed": (scenario.speed, "m/s"),
-        "duration": (scenario.duration, "s"),
+        "seconds": (scenario.duration, "s"),
     }
     if scenario.rate < float("inf"):
         entries["rate"] = scenario.rate, f"{si}/s"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...base.table import ConfigTable
-from ..common.experiment import data_files, read_experiment
+from ..common.experiment_file import data_files, read_experiment
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
 from .config import load_retune
@@ -22,23 +22,23 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--found", required=True, metavar="RIG", help="the .toml file of the rig that fit or trace found"
     )
     parser.add_argument("--controller", metavar="NAME", help="the controller to retune, if the experiment has several")
-    parser.add_argument("--trials", type=int, metavar="N", help="number of designs to try (default: the experiment's)")
+    parser.add_argument("--designs", type=int, metavar="N", help="number of designs to try (default: the experiment's)")
     works(parser)
     computes(parser, _retune)
 
 
 def _retune(options: argparse.Namespace, words: list[str]) -> None:
-    if options.trials is not None and options.trials < 1:
-        raise InputError(f"--trials {options.trials}: must be 1 or more")
+    if options.designs is not None and options.designs < 1:
+        raise InputError(f"--designs {options.designs}: must be 1 or more")
     top = read_experiment(options.experiment)
     if top.values.get("experiment") == "platform":
         _retune_platform(options, words, top)
         return
-    config = load_retune(options.experiment, options.found, options.rig, options.controller, options.trials)
+    config = load_retune(options.experiment, options.found, options.rig, options.controller, options.designs)
     from .study import run_retune
 
     rigs = {"rig": config.declared.start.rig.table(), "found": config.found.start.rig.table()}
-    identity = {"command": "retune", "experiment": config.found.source, "trials": config.found.trials, **rigs}
+    identity = {"command": "retune", "experiment": config.found.source, "trials": config.found.designs, **rigs}
     if files := data_files(config.found.source):
         identity["files"] = files
     name = f"retune-{Path(options.experiment).stem}"
@@ -47,7 +47,7 @@ def _retune(options: argparse.Namespace, words: list[str]) -> None:
 
 def _retune_platform(options: argparse.Namespace, words: list[str], top: ConfigTable) -> None:
     """Laws on modes follow the found platform by formulas: nothing is searched."""
-    for name in ("controller", "trials"):
+    for name in ("controller", "designs"):
         if getattr(options, name) is not None:
             raise InputError(f"--{name} belongs to a search on one jack; leave it out on a platform")
     config = load_platform_retune(top, Path(options.experiment), options.rig, options.found)

@@ -13,7 +13,7 @@ from ...report import Figure, Page, Section, Table
 from ..common.judged import judged_words
 from ..common.metric_table import MetricView
 from ..common.time_figure import Columns, run_columns, time_figure
-from ..tune.config import TuneConfig
+from ..tune.options import TuneConfig
 from ..tune.page import cost_figure, goals_table, numbers_table
 from .config import RetuneConfig
 

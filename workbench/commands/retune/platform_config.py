@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.table import ConfigTable
 from ...control.platform_controller import LEGS
-from ..run.platform_config import PlatformConfig, platform_config
+from ..run.platform_config import PlatformConfig
 
 _FEEDS_PRESSURE = "PressureFeedback"
 
@@ -39,7 +39,8 @@ class PlatformRetune:
     def retuned(self, ratio: np.ndarray) -> PlatformConfig:
         """The experiment on the found platform with laws whose modes are `ratio` [6] times as fast as before."""
         tables = {name: followed(self.found.source["controllers"][name], ratio) for name in self.modal}
-        return platform_config(self.top.replaced({**self.top.values, "controllers": tables}), self.path, self.rig)
+        top = self.top.replaced({**self.top.values, "controllers": tables})
+        return PlatformConfig.of(top, self.path, self.rig)
 
 
 def load_platform_retune(top: ConfigTable, path: Path, rig: str | None, found: str) -> PlatformRetune:
@@ -47,7 +48,7 @@ def load_platform_retune(top: ConfigTable, path: Path, rig: str | None, found: s
 
     Raises InputError with file and key, and where no controller has laws on modes.
     """
-    retune = PlatformRetune(platform_config(top, path, rig), platform_config(top, path, found), top, path, found)
+    retune = PlatformRetune(PlatformConfig.of(top, path, rig), PlatformConfig.of(top, path, found), top, path, found)
     if not retune.modal:
         raise top.complaint("controllers", "none has laws on modes; only those follow another payload")
     return retune

@@ -13,11 +13,11 @@ from ...control.controller_spec import ControllerSpec, controller_spec
 from ...control.protocol import is_number
 from ...loop.tuning.problem import USUAL_WEIGHTS
 from ...rigs.rig import Rig
-from ..common.experiment import borrowed_controllers
+from ..common.experiment_file import controller_tables
 from ..common.scenario_tables import read_scenarios
 
 FACTOR = 3.0  # above and below the value that a number has
-TRIALS = 60
+DESIGNS = 60
 _SHARED = ("rig", "plant", "ideal")
 
 
@@ -28,7 +28,7 @@ def searchable(top: ConfigTable, path: Path, rig: Rig, name: str | None) -> Conf
     0 stays. Raises InputError where there is no such controller, or no scenario for it.
     """
     kind = top.text("experiment")
-    tables = {**borrowed_controllers(top.optional_table("from"), path.parent), **_own(top)}
+    tables = controller_tables(top, path.parent)
     if kind not in ("tune", "step", "bench") or not tables:
         raise top.complaint("experiment", f"{echo(kind)} has no loops; name one of tune, run or bench that has")
     if name is None and len(tables) > 1:
@@ -36,11 +36,6 @@ def searchable(top: ConfigTable, path: Path, rig: Rig, name: str | None) -> Conf
     if name is not None and name not in tables:
         raise top.complaint("controllers", f"no controller {echo(name)}; {nearest(name, tables)}")
     return top if kind == "tune" else _tune_table(top, rig, name or next(iter(tables)), tables)
-
-
-def _own(top: ConfigTable) -> dict[str, ConfigTable]:
-    tables = top.optional_table("controllers")
-    return {name: tables.table(name) for name in tables}
 
 
 def _tune_table(top: ConfigTable, rig: Rig, name: str, tables: Mapping[str, ConfigTable]) -> ConfigTable:
@@ -61,7 +56,7 @@ def _tune_table(top: ConfigTable, rig: Rig, name: str, tables: Mapping[str, Conf
             "scenario": {key: table for key, table in top.values.get("scenario", {}).items() if key in names},
             "weights": USUAL_WEIGHTS,
             "goals": {"seconds": max(each.duration for each in scenarios)},
-            "trials": TRIALS,
+            "designs": DESIGNS,
             "seed": top.values.get("seed", 0),
             "controllers": {name: _widened(tables[name].values, spec)},
             "bode": _bode(top.table("bode"), signal, rig),

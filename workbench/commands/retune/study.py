@@ -17,7 +17,7 @@ from ...loop.tuning.search import nearest_trial, search
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from ..tune.config import TuneConfig
+from ..tune.options import TuneConfig
 from ..tune.study import tuned_files
 from .config import RetuneConfig
 from .page import Pair, retune_page, steps_figure

@@ -1,6 +1,6 @@
 """`jackbench robustness EXPERIMENT`: every controller on thousands of plants, drawn over what is uncertain of a rig.
 
-options, config    what it is asked; the experiment file
+options    the experiment, and what the command is asked
 study, page    all rows; the report
 platform_config, platform_study, platform_page    the same of a platform on six jacks
 

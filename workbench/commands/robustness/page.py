@@ -14,7 +14,7 @@ from ..common.judged import judged_words
 from ..common.metric_table import MetricView
 from ..common.plant_ranges import ranges_table
 from ..common.time_figure import share_figure
-from .config import RobustnessConfig
+from .options import RobustnessConfig
 
 _COLUMNS = (
     *("controller", "unstable", "tripped", "hunting", "settling_p50_s", "settling_p99_s", "settling_worst_s"),

@@ -58,7 +58,7 @@ def platform_page(
         ["number", "least", "largest", "unit"],
         [[name, _shown(name, values.min())[0], *_shown(name, values.max())] for name, values in drawn.items()],
         "The moments of inertia go with the mass. Each leg has numbers of its own, within the bounds of its rig and "
-        "the factors of [draw].",
+        "the factors of [within].",
     )
     sections = [
         Section("Controllers", [steps, linear]),

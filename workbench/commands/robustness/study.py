@@ -17,7 +17,7 @@ from ...plant import build
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .config import RobustnessConfig
+from .options import RobustnessConfig
 from .page import robustness_figure, robustness_page
 
 T = TypeVar("T")

@@ -12,7 +12,7 @@ from ...report import Curve, Figure, FrequencyCurve, Page, Section, Table, bode
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import packed, unpacked
-from .config import CorrectorConfig
+from .options import CorrectorConfig
 
 TITLES = {"paper_p": "P, the paper's model", "p_lead": "P + lead", "pi_lead": "PI + lead"}
 FORMULAS = {"p_lead": "lead", "pi_lead": "pi-lead"}

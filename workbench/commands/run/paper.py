@@ -19,7 +19,7 @@ from ...rigs.rig import Rig
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import packed, unpacked
-from .config import PaperConfig
+from .options import PaperConfig
 
 HIGHEST = 300.0  # Hz
 

@@ -9,7 +9,7 @@ from ...loop.sines import AMPLITUDE, ARRIVES, JUDGED, PHASE
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ..common.judged import played_words
 from ..common.metric_table import MetricView
-from .config import SinesConfig
+from .options import SinesConfig
 
 WAYS = {"alone": "alone", "apc": "APC", "apc+ahc": "APC + AHC"}  # as metrics.json and as the report names them
 _LOWEST = 1e-3  # % and deg: errors below are drawn there

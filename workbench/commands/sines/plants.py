@@ -15,7 +15,7 @@ from ...loop.robustness.drawn_plants import PlantDraw, draw_plants
 from ...loop.sines import AMPLITUDE, PHASE, SineErrors, sine, sine_errors
 from ...plant import build
 from ...rigs.rig import Rig
-from .config import Sine, SinesConfig
+from .options import Sine, SinesConfig
 
 _SHARE = 0.99  # of the plants, whose errors a row gives besides the worst
 

@@ -18,7 +18,7 @@ from ...loop.step_metrics import saturated_time
 from ...report import Figure, Page
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .config import Sine, SinesConfig
+from .options import Sine, SinesConfig
 from .page import WAYS, page, picture
 from .plants import SinePlants, plants_row, sine_plants, sines_on_plants
 

@@ -1,6 +1,6 @@
 """`jackbench train EXPERIMENT`: a policy searched by evolution, on the goals and the envelope of a search.
 
-options, config    what it is asked; a tune experiment with a network
+options    a tune experiment with a network, and what the command is asked
 start              the network that it starts from
 policies           the policies of several runs, judged beside the law that they stand on
 unseen             on plants that no run has seen

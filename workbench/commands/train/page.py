@@ -11,7 +11,7 @@ from ...loop.tuning.goals import Trial, Verdict
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.metric_table import MetricView
 from ..tune.page import Runs, goals_table, step_figure
-from .config import TrainConfig
+from .options import TrainConfig
 from .policies import Run
 
 Rows = Mapping[str, Sequence[Mapping[str, Any]]]

@@ -18,7 +18,7 @@ from ..common.design_numbers import Subject
 from ..common.outcome import Outcome
 from ..tune.page import step_figure
 from ..tune.study import tuned_rows
-from .config import POLICY_FILE, TrainConfig
+from .options import POLICY_FILE, TrainConfig
 from .page import train_page
 from .policies import Run, run_searches
 from .unseen import unseen_rows
@@ -90,7 +90,7 @@ def _files(config: TrainConfig, best: Run) -> dict[str, str | bytes]:
     """trained.toml, the weights beside it, and the rig where that is no bundled one."""
     is_bundled = config.rig_name in bundled()
     table = config.step_table(best.nearest.values, config.rig_name if is_bundled else "rig.toml")
-    place = f"evaluation {best.nearest.number + 1} of {config.trials} from seed {best.seed}"
+    place = f"evaluation {best.nearest.number + 1} of {config.designs} from seed {best.seed}"
     policy = config.trained(best.nearest.values).packed()
     files: dict[str, str | bytes] = {
         POLICY_FILE: policy,

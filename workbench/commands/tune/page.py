@@ -18,7 +18,7 @@ from ..common.judged import judged_words
 from ..common.loop_margins import margins_section
 from ..common.metric_table import MetricView
 from ..common.time_figure import time_figure
-from .config import WEIGHTS, TuneConfig
+from .options import WEIGHTS, TuneConfig
 
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
 

@@ -17,7 +17,7 @@ from ...report import Figure, Page
 from ...rigs.rig_file import bundled as bundled_rigs, rig_text
 from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
-from .config import TuneConfig
+from .options import TuneConfig
 from .page import step_figure, tune_page
 
 
@@ -110,6 +110,6 @@ def tuned_files(config: TuneConfig, best: Trial) -> dict[str, str]:
     """tuned.toml, a step experiment of the best design, and beside it the rig where that is no bundled one."""
     bundled = config.rig_name in bundled_rigs()
     table = config.step_table(best.values, config.rig_name if bundled else "rig.toml")
-    note = f"# {config.name} as tuned: trial {best.number + 1} of {config.trials} from seed {config.seed}.\n"
+    note = f"# {config.name} as tuned: trial {best.number + 1} of {config.designs} from seed {config.seed}.\n"
     files = {"tuned.toml": note + toml_text(table)}
     return files if bundled else {**files, "rig.toml": rig_text(config.start.rig)}

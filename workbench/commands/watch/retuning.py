@@ -10,7 +10,7 @@ from ..common.outcome import no_checkpoint
 from ..retune.config import load_retune
 from ..retune.study import run_retune
 
-TRIALS = 200
+DESIGNS = 200
 Retuning = Callable[[Rig], Mapping[str, Any] | None]
 
 
@@ -18,7 +18,7 @@ def retuned(experiment: Path, controller: str, rig: Rig) -> dict[str, Any] | Non
     """`gain` (figures of the last step before and after), the `numbers` that move, and what the search `missed`; None
     where the controller cannot be searched."""
     try:
-        config = load_retune(experiment, rig, controller=controller, trials=TRIALS)
+        config = load_retune(experiment, rig, controller=controller, designs=DESIGNS)
         found = run_retune(config, no_checkpoint, lambda _: None).metrics
     except InputError:
         return None

@@ -1,0 +1,102 @@
+"""An experiment is declared once: its file, its options, its Python and its reference page are made of its fields."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from workbench.base.errors import InputError
+from workbench.commands.common.declared import (
+    Experiment,
+    count,
+    declared,
+    fraction,
+    meanings,
+    quantity,
+    takes_experiment,
+)
+from workbench.commands.sines.options import SinesConfig
+from workbench.commands.tune.options import load_tune
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+
+
+@declared
+class Knocks(Experiment):
+    KIND = "knocks"
+    seconds: float = quantity("s", 0.5, 60.0, "how long it is watched")
+    knocks: int = count(1, 9, "number of knocks", asked=True)
+    level: float = fraction("of the largest force", default=0.5)
+
+
+def knocks(folder: Path, text: str) -> Path:
+    path = folder / "knocks.toml"
+    path.write_text(f'experiment = "knocks"\n{text}\n')
+    return path
+
+
+def test_a_field_is_a_key_an_option_and_a_row_of_the_reference(tmp_path, capsys):
+    path = knocks(tmp_path, 'seconds = "900 ms"\nknocks = 3')
+    read = Knocks.load(path)
+    assert (read.seconds, read.knocks, read.level) == (0.9, 3, 0.5)
+    assert Knocks.load(path, knocks=5).asked == {"knocks": 5}
+    assert meanings(Knocks)["level"] == "share, at most 1, of the largest force"
+    parser = argparse.ArgumentParser()
+    takes_experiment(parser, "a knocks experiment", Knocks, "knocks.study:run")
+    assert parser.parse_args([str(path), "--knocks", "4"]).knocks == 4
+    assert "number of knocks (default: the experiment's)" in parser.format_help()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('seconds = "1 s"', "knocks: missing"),
+        ('seconds = "1 s"\nknocks = 10', "line 3: knocks = 10: must be a whole number, from 1 to 9"),
+        ('seconds = "1 ms"\nknocks = 1', "line 2: seconds: 0.001 s is outside 0.5 to 60 s"),
+        ('seconds = "1 s"\nknocks = 1\nlevel = 2', "line 4: level: a share of the largest force, at most 1"),
+        ('second = "1 s"', 'line 2: second: unknown key; did you mean "seconds"?'),
+    ],
+)
+def test_a_file_is_held_to_what_the_fields_declare(tmp_path, text, says):
+    with pytest.raises(InputError) as refused:
+        Knocks.load(knocks(tmp_path, text))
+    assert says in str(refused.value)
+
+
+def test_python_is_held_to_the_same(tmp_path):
+    assert Knocks(seconds="2 s", knocks=1).seconds == 2.0  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match=r"knocks: seconds: 0\.1 s is outside 0\.5 to 60 s"):
+        Knocks(seconds=0.1, knocks=1)
+    with pytest.raises(InputError, match="knocks: knocks: is 10; give a whole number, 1 to 9"):
+        Knocks(seconds=1.0, knocks=10)
+
+
+def test_names_of_before_are_read_with_a_line_that_says_todays(tmp_path, capsys):
+    text = (EXPERIMENTS / "tune_p.toml").read_text()
+    (tmp_path / "now.toml").write_text(text)
+    (tmp_path / "before.toml").write_text(text.replace("[within]", "[draw]").replace("designs =", "trials ="))
+    now = load_tune(tmp_path / "now.toml")
+    assert not capsys.readouterr().err
+    before = load_tune(tmp_path / "before.toml")
+    assert (before.factors, before.designs, before.source) == (now.factors, now.designs, now.source)
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.partition("before.toml: line ")[2].partition(": ")[2].partition(";")[0] for line in lines] == [
+        "trials: is called designs now",
+        "draw: is called within now",
+    ]
+
+
+def test_an_old_name_beside_todays_is_refused(tmp_path):
+    text = (EXPERIMENTS / "sines.toml").read_text()
+    (tmp_path / "both.toml").write_text(text.replace("[within]", "[draw]\nM = [0.5, 1.5]\n\n[within]"))
+    with pytest.raises(InputError, match="draw: is called within now, which is there too; remove one"):
+        SinesConfig.load(tmp_path / "both.toml")
+
+
+def test_a_complaint_about_a_renamed_table_names_its_line(tmp_path):
+    text = (EXPERIMENTS / "sines.toml").read_text().replace("[within]", "[draw]").replace("M = [0.5", "M = [2.5")
+    text = text.replace('"position_tuned.toml"', f'"{EXPERIMENTS / "position_tuned.toml"}"')
+    line = text[: text.index("M = [2.5")].count("\n") + 1
+    (tmp_path / "old.toml").write_text(text)
+    with pytest.raises(InputError, match=rf"line {line}: within\.M: write the least and the largest factor"):
+        SinesConfig.load(tmp_path / "old.toml")
