@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from workbench.base.errors import InputError
+from workbench.cli import main
 from workbench.commands.common.declared import (
     Experiment,
     count,
@@ -100,3 +101,10 @@ def test_a_complaint_about_a_renamed_table_names_its_line(tmp_path):
     (tmp_path / "old.toml").write_text(text)
     with pytest.raises(InputError, match=rf"line {line}: within\.M: write the least and the largest factor"):
         SinesConfig.load(tmp_path / "old.toml")
+
+
+def test_an_option_of_before_is_taken_with_a_line_that_says_todays(capsys):
+    assert main(["retune", "nothere.toml", "--found", "x.toml", "--trials=3"]) == 2
+    before, refused = capsys.readouterr().err.splitlines()
+    assert before == "jackbench: --trials=3: is called --designs now; the next version knows no other name"
+    assert "nothere.toml: no such file" in refused

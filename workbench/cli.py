@@ -21,6 +21,7 @@ from .commands.examples import FIRST, help_text
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
 _LONGEST_WORD = 100
+_RENAMED = {"--trials": "--designs"}  # options of 0.2
 _INTERRUPTED = 130
 _WITHOUT_RIG = ("compare", "completion", "doctor", "list", "new", "open", "trust")
 _ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))  # Windows has no HUP
@@ -129,6 +130,10 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
             raise InputError(f"{word}: is no UTF-8; give that file or folder another name")
     if study := STUDIES.get(_command(words) or ""):
         raise InputError(f"{_command(words)}: is a study now; in a clone run python -m experiments.studies.{study}")
+    for place, word in enumerate(words):
+        if now := _RENAMED.get(word.partition("=")[0]):
+            _say(f"{word}: is called {now} now; the next version knows no other name")
+            words = [*words[:place], word.replace(word.partition("=")[0], now), *words[place + 1 :]]
     options, unknown = _parser(words).parse_known_args(words)
     if unknown:
         raise InputError(f"unknown arguments: {' '.join(unknown)}; see jackbench {_command(words)} --help")
