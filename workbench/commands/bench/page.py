@@ -60,7 +60,7 @@ def _arriving(loop: BenchLoop) -> list[Scenario]:
 
 
 def _verdict(config: BenchConfig, metrics: Metrics) -> str:
-    """Of each loop, which controller to take over stroke and rigs; where that was not judged, who is first."""
+    """Which controller each loop should have over stroke and rigs; where that was not judged, who is first."""
     several = len(config.loops) > 1
     sentences = {loop.signal.name: verdict_sentence(loop, metrics) or _firsts(loop, metrics) for loop in config.loops}
     said = [f"{name.capitalize()}: {text}" if several else text for name, text in sentences.items() if text]

@@ -159,7 +159,7 @@ def _envelope_entries(config: BenchConfig) -> Callable[[tuple[int, ControllerSpe
 
 
 def _stiffness(key: tuple[str, str], size: np.ndarray | None) -> dict[str, Any]:
-    """Where a loop gives way most, and how stiff it is at a few frequencies, N/m."""
+    """The frequency at which a loop gives way most, and its stiffness at a few frequencies, N/m."""
     named = dict(zip(("controller", "rig"), key, strict=True))
     if size is None:
         return {**named, "least": None, "least_hz": None, **{f"at_{f:g}hz": None for f in _MARKS_HZ}}

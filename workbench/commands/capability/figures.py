@@ -40,7 +40,7 @@ def said_frequencies(rig: Rig) -> np.ndarray:
 
 
 def jack_figures(rig: Rig, asked: CapabilityAsked, drive: Drive) -> dict[str, CapabilityLine]:
-    """Of the envelope and of the drive file."""
+    """The figures of the envelope and of the drive file."""
     f = said_frequencies(rig)
     figures = envelope_figures(envelope(carried_by_jack(rig, f), drive))
     if asked.drive is not None:

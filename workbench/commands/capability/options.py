@@ -108,7 +108,7 @@ _POWER = Spec("W", 1.0, 1e9, "what the cooler takes")
 
 
 def _number(name: str, text: str | None, spec: Spec) -> float | None:
-    """Of an option in SI, None where it is not there. Raises InputError."""
+    """The number of an option in SI, None where it is not there. Raises InputError."""
     if text is None:
         return None
     try:

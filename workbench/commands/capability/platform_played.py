@@ -44,7 +44,7 @@ class AxisPlayed:
 
 
 def leg_loops(setup: PlatformSetup) -> LegLoops:
-    """Of legs alike once."""
+    """The loops of the legs; those of legs alike are computed once."""
     slow, tuned = dict[int, ControllerSpec](), dict[int, ControllerSpec | str]()
     for leg, rig in zip(setup.platform.legs, setup.guarded, strict=True):
         if id(leg.rig) not in slow:
@@ -76,7 +76,7 @@ def played(
 
 
 def followed_rows(asked: Mapping[str, AxisPlayed], loops: LegLoops) -> list[Row]:
-    """Of each axis up to where a loop follows it."""
+    """Rows of the frequency up to which a loop follows each axis."""
     how = "up to there with a part of the envelope"
     return [
         followed_row(

@@ -55,7 +55,7 @@ class Results:
 
 
 def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
-    """Of a commissioning that came to its end; its `folder`."""
+    """The outcome of a commissioning that came to its end, with its `folder`."""
     found, judged, goal = results.found, results.judged, results.goal
     rig = found.rig if found else spent.rig
     stiff = {name: each.stiffness() for name, each in results.ways.items()}
@@ -119,7 +119,7 @@ def _limits(spent: RigTime) -> dict[str, Any]:
 
 
 def barred_outcome(spent: RigTime, obstacle: Obstacle) -> Outcome:
-    """Of one that ended before a controller was searched: what stands in the way."""
+    """The outcome of one that ended before a controller was searched: what stands in the way."""
     metrics: dict[str, Any] = {
         "verdict": "unknown",
         "effects": [],

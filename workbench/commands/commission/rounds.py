@@ -151,7 +151,7 @@ def named_stage(run: Run, search: str) -> Stage:
 
 
 def _few(progress: Progress) -> Progress:
-    """Of a search, every fiftieth trial."""
+    """Progress that tells every fiftieth trial of a search."""
     return lambda text: (
         progress(text) if not text.startswith("trial ") or text.split()[1].endswith(("00", "50")) else None
     )

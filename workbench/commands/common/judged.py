@@ -10,7 +10,7 @@ def played_words(conditions: Conditions, rig: Rig) -> str:
 
 
 def judged_words(conditions: Conditions, rig: Rig) -> str:
-    """The same where hunting was judged too."""
+    """That sentence where hunting was judged too."""
     return _conditions(conditions, rig) + ("." if conditions.ideal else "; lasting oscillations without noise.")
 
 

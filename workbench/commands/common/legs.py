@@ -26,7 +26,7 @@ class LegCampaigns:
 
     @property
     def name(self) -> str:
-        """Of the folder."""
+        """The name of the folder."""
         return self.whole[0].path.resolve().name
 
     def identity(self, command: str, of_cut: bool = True, **more: Any) -> dict[str, Any]:

@@ -14,7 +14,7 @@ _HIDDEN = "flow_error"  # of the guard's observer: no limit of the rig
 
 
 def limits_json(rig: Rig) -> list[dict[str, Any]]:
-    """As metrics.json has them, SI."""
+    """The limits as metrics.json has them, SI."""
     return [{"limit": each.name, "value": each.value, "unit": each.si, "whose": whose(each)} for each in _all(rig)]
 
 
@@ -25,7 +25,7 @@ def limits_section(rig: Rig, more: Sequence[str] = ()) -> Section:
 
 
 def trip_marks(t: float | None) -> list[Mark]:
-    """Where [s] something tripped, in a figure over time."""
+    """Marks of the time [s] at which something tripped, in a figure over time."""
     return [] if t is None else [Mark(t, "trip", "x")]
 
 

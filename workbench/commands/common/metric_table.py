@@ -27,7 +27,7 @@ class MetricView:
 
     @classmethod
     def of(cls, rig: Rig, signal: Signal, scenarios: Iterable[Scenario] = ()) -> "MetricView":
-        """Of loops of a signal on a rig and its variations."""
+        """The view of loops of a signal on a rig and its variations."""
         sensor = rig.sensors.get(signal.name)
         resolution = (sensor.resolution or sensor.noise) if sensor else 0.0
         sizes = {scenario.name: abs(scenario.size) for scenario in scenarios}

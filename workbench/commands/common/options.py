@@ -79,7 +79,7 @@ def jobs(options: argparse.Namespace) -> "Jobs":
 
 
 def on_link(command: argparse.ArgumentParser, required: bool) -> None:
-    """Where a live rig is."""
+    """The options that say where a live rig is."""
     command.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="address of the live rig")
     command.add_argument("--token", default="", help="the token that the rig asks for")
 
@@ -110,7 +110,7 @@ def finish(options: argparse.Namespace, words: list[str], name: str, identity: d
 def finish_in_folder(
     options: argparse.Namespace, words: list[str], name: str, identity: dict[str, Any], study: FolderStudy
 ) -> Outcome:
-    """The same of a study that writes files of its own into the open run's folder."""
+    """Compute as `finish` does, by a study that writes files of its own into the open run's folder."""
     from .run_folder import open_run
     from .run_index import write_index
 

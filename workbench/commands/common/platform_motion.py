@@ -63,7 +63,7 @@ def file_motion(path: Path, platform: Platform) -> PlatformMotion:
 
 
 def _file(table: ConfigTable, platform: Platform) -> PlatformMotion:
-    """Of a file with t and the axes that move."""
+    """The motion of a file with t and the axes that move."""
     if others := [key for key in ROAD if key in table]:
         raise table.complaint(others[0], "not together with file; remove one")
     course = _course(table.about("file", lambda: Columns(Path(table.text("file")))))
@@ -128,7 +128,7 @@ def _is(unit: str, si: str) -> bool:
 
 
 def _road(table: ConfigTable, platform: Platform) -> PlatformMotion:
-    """Of a road."""
+    """The motion of a road."""
     if "highpass_hz" in table:
         raise table.complaint("highpass_hz", "of a file with accelerations; remove it")
     band, nyquist = table.numbers("band_hz", "[0.5, 10]"), 0.5 / platform.period

@@ -48,7 +48,7 @@ def write_index(folder: Path) -> Path | None:
 
 
 def _names(folder: Path) -> list[str]:
-    """Of run folders: unfinished and replaced ones have names of their own."""
+    """Names of run folders: unfinished and replaced ones have names of their own."""
     names = []
     for entry in folder.iterdir():
         with suppress(OSError):

@@ -131,7 +131,7 @@ def _far_end(table: ConfigTable) -> dict[str, float]:
 
 
 def _start(table: ConfigTable) -> dict[str, float]:
-    """Where the jack starts: a share of the stroke limit as a plain number, or a position from mid stroke."""
+    """The start of the jack: a share of the stroke limit as a plain number, or a position from mid stroke."""
     value = table.values.get("start", 0.0)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return {"start": table.quantity("start", Spec("m", -100.0, 100.0, "position at the start, from mid stroke"))}

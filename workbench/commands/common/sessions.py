@@ -31,7 +31,7 @@ def sessions(problem: EstimationProblem, fit: Fit) -> list[SessionDifference]:
 
 
 def sessions_json(differences: Sequence[SessionDifference]) -> list[dict[str, Any]]:
-    """As metrics.json has them."""
+    """The differences of sessions as metrics.json has them."""
     return [asdict(each) | {"records": list(each.records)} for each in differences]
 
 

@@ -109,7 +109,7 @@ def read_lines(path: Path) -> Rows:
 
 
 def limit_tables(limits: "Mapping[str, AcceptanceLimit]") -> dict[str, Any]:
-    """As an identity has them."""
+    """The limits as an identity has them."""
     return {name: vars(limit) for name, limit in limits.items()}
 
 

@@ -71,7 +71,7 @@ def load_stage(path: Path) -> Any:
 
 
 def _digest(text: str, beside: Path) -> str:
-    """Of a stage: its JSON, and the file of its arrays where there is one."""
+    """The digest of a stage: its JSON, and the file of its arrays where there is one."""
     digest = sha256(text.encode())
     if beside.exists():
         with beside.open("rb") as file:

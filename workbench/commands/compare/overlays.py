@@ -80,7 +80,7 @@ def residuals(runs: Sequence[Finished]) -> Iterator[Figure]:
 
 
 def bars(runs: Sequence[Finished], rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Where there are no curves: the differences in percent, row by row."""
+    """The differences in percent, row by row, for runs without curves."""
     count = np.arange(1, len(rows) + 1)
     curves = [
         Curve(run.name, count, np.array([row["percent"].get(run.name) for row in rows], dtype=float), "markers")

@@ -155,7 +155,7 @@ class ComparedMetric:
 
 
 def compared(row: Mapping[str, Any]) -> ComparedMetric:
-    """Of a row of differences, by its metric, its unit and the signal of its scenario."""
+    """The metric of a row of differences, by its name, its unit and the signal of its scenario."""
     key, scenario = str(row["metric"]), str(row.get("scenario", ""))
     of, known = metric(key), SCENARIOS.get(scenario)
     if of is None:

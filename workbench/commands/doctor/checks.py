@@ -104,7 +104,7 @@ def _cores() -> Check:
 
 
 def _folders() -> Iterator[Check]:
-    """Where compiled plants are kept, and which code is trusted."""
+    """Checks of the folders of compiled plants and of trusted code."""
     folder = cache_folder()
     place = next(path for path in (folder, *folder.parents) if path.exists())
     size = sum(path.stat().st_size for path in folder.glob("*") if path.is_file()) / 1e6

@@ -163,12 +163,12 @@ def _looked_on(client: LinkClient, opc_ua: int | None, progress: Progress) -> Ab
 
 
 def _home(config: StepConfig, static: Record) -> float:
-    """Where the controlled signal stands at rest."""
+    """The value of the controlled signal at rest."""
     return float(static.signals[config.signal.name].mean())
 
 
 def _start(config: StepConfig, scenario: Scenario, home: float) -> float:
-    """Where a scenario starts: where it says, else where the rig stood at first."""
+    """The start of a scenario: the one it says, else where the rig stood at first."""
     position = scenario.position(config.rig.limit("stroke"))
     return config.rig.middle + position if position and config.signal.name == "position" else home
 

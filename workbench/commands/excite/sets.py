@@ -34,7 +34,7 @@ def write_set(kind: str, rig: Rig, out: Path) -> str:
 
 
 def sheet_excitations(kind: str, rig: Rig) -> Sequence[Excitation]:
-    """Of a sheet of this kind. Raises InputError for a rig that has no such thing to test."""
+    """The excitations of a sheet of a kind. Raises InputError for a rig that has no such thing to test."""
     return _DESIGNED[kind](rig)
 
 

@@ -41,7 +41,7 @@ def _fit(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _fit_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
-    """The same of a platform's campaign: payload and legs."""
+    """Fit a platform's campaign: payload and legs."""
     if options.free_run:
         raise InputError("--free-run is for one jack, and a platform's legs are fitted in windows; leave it out")
     if options.rig_out is not None:

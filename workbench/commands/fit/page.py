@@ -72,7 +72,7 @@ def numbers_table(numbers: Sequence[Fitted]) -> Table:
 
 
 def ranges_figure(fits: Mapping[str, Sequence[Fitted]]) -> Figure:
-    """Where each number stands in its declared range: in the rig file, and after each of some fits, by label.
+    """Places of numbers in their declared ranges: in the rig file, and after each of some fits, by label.
 
     The 95 % interval is that of the last fit.
     """

@@ -93,7 +93,7 @@ def _metrics(platform: Platform, payload: PayloadFit, answers: Sequence[FitAnswe
 
 
 def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str, Any]]:
-    """Of each number that all these legs tell: its weighed mean with 95 % interval, and whether the legs are `alike`;
+    """The weighed mean of each number that all these legs tell, with 95 % interval, and whether they are `alike`;
     nothing of fewer than two legs."""
     from scipy.stats import chi2
 

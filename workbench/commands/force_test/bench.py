@@ -67,7 +67,7 @@ class ForceBench:
 
     @property
     def _mode(self) -> float:
-        """Of the mass on oil and specimen [Hz]."""
+        """The mode of the mass on oil and specimen [Hz]."""
         return float(np.sqrt((oil_stiffness(self.rig) + self.rig["ks"]) / self.rig["M"])) / (2 * np.pi)
 
     def static_record(self) -> Record:

@@ -65,7 +65,7 @@ def rows(learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
 
 
 def tables(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
-    """Of every iteration: time, reference, drive, what the sensor sentences, what was true (SI), command."""
+    """Columns of every iteration: time, reference, drive, what the sensor reads, what was true (SI), command."""
     return {
         f"{name}-{number}": {
             "t": np.arange(len(iteration.true)) * record.rig.period.value,
@@ -143,7 +143,7 @@ def _bar(pressure: float | None) -> float | None:
 
 
 def _limits(learned: Mapping[str, Learned]) -> str:
-    """Where what was learned is beyond what a rig can do, in words."""
+    """Sentences on what was learned beyond what a rig can do."""
     sentences = ""
     for name, each in learned.items():
         best = each.best

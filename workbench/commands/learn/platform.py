@@ -129,7 +129,7 @@ def _metrics(found: PlatformLearning) -> dict[str, Any]:
 
 
 def _drawn_row(found: PlatformLearning) -> dict[str, Any]:
-    """Of the drawn payloads, as of drawn plants."""
+    """The row of the drawn payloads, as of drawn plants."""
     falls = np.array([each.fall_db for name, each in found.learned.items() if name != DECLARED])
     return {
         "controller": found.config.controller.name,
@@ -141,7 +141,7 @@ def _drawn_row(found: PlatformLearning) -> dict[str, Any]:
 
 
 def _tables(found: PlatformLearning) -> dict[str, dict[str, np.ndarray]]:
-    """Of every iteration: poses asked for, measured in the band of Q and true by axis (SI), commands by leg."""
+    """Columns of every iteration: poses asked for, measured in the band of Q and true by axis (SI), commands by leg."""
     weights, period = found.setup.platform.geometry.weights, found.setup.platform.period
     tables = {}
     for name, each in found.learned.items():

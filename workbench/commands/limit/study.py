@@ -46,7 +46,7 @@ class PlacedStep:
 
     @property
     def position(self) -> float:
-        """Where it starts [m from mid stroke]."""
+        """The start [m from mid stroke]."""
         return self.scenario.position(self.rig.limit("stroke"))
 
     @property
@@ -136,7 +136,7 @@ def _table(name: str) -> str:
 
 
 def placed_steps(config: BenchConfig | StepConfig) -> list[PlacedStep]:
-    """Of every scenario, those that are no steps too. Raises InputError for a linear plant."""
+    """The steps of every scenario, and those that are no steps. Raises InputError for a linear plant."""
     if not config.rig.is_jack:
         raise InputError(f"{config.rig.name} is a linear plant: it has no chambers, which set the limit; name a jack")
     return [
@@ -149,7 +149,7 @@ def placed_steps(config: BenchConfig | StepConfig) -> list[PlacedStep]:
 
 
 def _loops(config: BenchConfig | StepConfig) -> Iterator[tuple[Rig, Mapping[str, Rig], Sequence[Scenario]]]:
-    """Of every loop the nominal rig, the rigs of its set by name, and its scenarios."""
+    """The nominal rig of every loop, the rigs of its set by name, and its scenarios."""
     if isinstance(config, StepConfig):
         yield config.rig, {}, config.scenarios
         return
@@ -216,7 +216,7 @@ def _by_scenario(rows: Sequence[Mapping[str, Any]], key: str) -> dict[str, list[
 
 
 def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> list[Table]:
-    """Of references that move: a table for each signal."""
+    """Tables of references that move, one for each signal."""
     note = (
         "The least root mean square of the error over the scenario, from rest, with the reference known ahead. It is "
         "found by direct collocation in windows, and played by the engine: the same command limits, stroke and "
@@ -230,7 +230,7 @@ def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any
 
 
 def _steps_table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Of steps."""
+    """The table of steps."""
     note = (
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "

@@ -28,7 +28,7 @@ class AfterPart:
 def after_part(
     lanes: PlantLanes, spec: ControllerSpec, task: Task, sweep: BodeConfig, amplitude: float, stable: np.ndarray
 ) -> AfterPart:
-    """Of a linear loop that is not stable [lanes] neither is looked at, hunting also not of one in Python."""
+    """Sines and hunting; neither of a linear loop that is not `stable` [lanes], nor hunting of a law in Python."""
     sines = _sines(lanes, spec, sweep, amplitude) if stable[0] else None
     controller = spec.build(lanes.rig.period.value)
     if task.scenario.arrives is None or machine_code(lanes, controller, task) is None:

@@ -10,7 +10,7 @@ LimitOf = Callable[[tuple[Rig, Scenario]], float | None]
 
 
 def limit_of(step: tuple[Rig, Scenario]) -> float | None:
-    """Of a step on a rig [s]; None where it has no limit."""
+    """The limit of a step on a rig [s]; None where it has none."""
     rig, scenario = step
     return settling_limit(rig, scenario).settling
 

@@ -39,7 +39,7 @@ def set_lanes(rigs: Mapping[str, Rig], delay: float) -> PlantLanes:
 
 
 def moved_lanes(lanes: PlantLanes, point: RigPoint) -> PlantLanes:
-    """The same with other numbers of the nominal rig, which all rigs of the set follow in proportion, elsewhere.
+    """Lanes with other numbers of the nominal rig, which all rigs of the set follow in proportion, elsewhere.
 
     Operating points start from those of `lanes`. Raises InputError for numbers that the rig cannot have.
     """

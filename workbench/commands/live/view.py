@@ -56,7 +56,7 @@ class Task:
 
 @dataclass(frozen=True)
 class LinearPart:
-    """Of linear loops: margins at null and moving, the worse of the two; at null the frequencies [k] in Hz and the open
+    """Linear loops: margins at null and moving, the worse of the two; at null the frequencies [k] in Hz and the open
     loop of each rig and, over those of the nominal one, its closed loop [k], None where it is unstable."""
 
     stable: np.ndarray
@@ -133,7 +133,7 @@ def _in_lanes(lanes: PlantLanes, controller: Controller, task: Task, asked: np.n
 
 
 def _one_by_one(lanes: PlantLanes, controller: Controller, task: Task, asked: np.ndarray, inputs: Inputs) -> Played:
-    """Of a controller that computes one loop in Python."""
+    """What a controller plays that computes one loop in Python."""
     name, runs = task.scenario.signal, []
     y, sent = np.full((2, len(lanes.p), len(asked)), np.nan)
     for lane, p in enumerate(lanes.p):

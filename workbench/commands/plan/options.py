@@ -40,7 +40,7 @@ def _plan(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _plan_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
-    """The same of a platform's campaign, leg by leg."""
+    """Plan a platform's campaign, leg by leg."""
     if options.sheet is not None:
         raise InputError(f"--for {options.sheet} is for one jack, and this is a campaign of a platform; leave it out")
     from ...identify.wrench.leg_cut import has_load_cells

@@ -86,7 +86,7 @@ def _still(rig: Rig) -> Excitation:
 
 
 def role_of(name: str, names: Sequence[str]) -> str:
-    """Of one of the records in the order in which they are played."""
+    """The role of one of the records in the order in which they are played."""
     if name == STATIC:
         return STATIC
     return "heldout" if name == names[-1] else "train"

@@ -13,7 +13,7 @@ from .searchable import searchable
 
 @dataclass(frozen=True)
 class RetuneConfig:
-    """The same search on both rigs, each with the experiment's variations about it. The start is the old controller."""
+    """One search on both rigs, each with the experiment's variations about it. The start is the old controller."""
 
     declared: TuneConfig
     found: TuneConfig

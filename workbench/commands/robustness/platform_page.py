@@ -70,7 +70,7 @@ def platform_page(
 
 
 def _verdict(metrics: Metrics) -> str:
-    """Of each controller, on how many platforms it fails; and which of those that hold settles soonest."""
+    """On how many platforms each controller fails, and which of those that hold settles soonest."""
     told = {row["controller"]: row["failing"] for row in metrics["linear"]}
     sound = [name for name, bad in told.items() if not bad]
     if not sound:

@@ -25,7 +25,7 @@ Columns = dict[str, np.ndarray]  # by name, [plants]
 
 
 def run_any(config: RobustnessConfig | PlatformRobustness, stage: Stage, progress: Progress, jobs: Jobs = 1) -> Outcome:
-    """Of a jack or of a platform."""
+    """The study of a jack or of a platform."""
     if isinstance(config, PlatformRobustness):
         return run_platform_robustness(config, stage, progress, jobs)
     return run_robustness(config, stage, progress, jobs)

@@ -74,7 +74,7 @@ def run_automatic(config: AutomaticConfig, stage: Stage, progress: Progress) -> 
 
 
 def tuned_lanes(config: AutomaticConfig, plants: DrawnPlants) -> list[ControllerSpec]:
-    """The same of drawn plants [plants] at mid stroke: the moves in lanes, the rules one by one."""
+    """Controllers tuned on drawn plants [plants] at mid stroke: the moves in lanes, the rules one by one."""
     plant, p, numbers = plants.engine.plant, plants.draw.p, config.moving.design
     seed, first, middle = config.drawn.conditions.noise, plants.block.start, np.zeros(len(plants.draw.p))
     at = equilibria(plant, p, middle, None, None, **far_end(plant, middle))
@@ -126,7 +126,7 @@ def _judged(config: AutomaticConfig, plants: DrawnPlants) -> dict[str, Any]:
 
 
 def _gains(spec: ControllerSpec) -> dict[str, float]:
-    """Of a tuned controller, SI."""
+    """The gains of a tuned controller, SI."""
     (feedback,) = spec.compensators
     return {"gain": spec.design.gain, "pressure_gain": feedback.design.gain}
 

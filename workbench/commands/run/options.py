@@ -38,7 +38,7 @@ class PaperConfig(Experiment):
 
 @design_numbers
 class Corners:
-    """Where a maker's curve has fallen by 3 dB, and where it is 90 degrees late."""
+    """The frequencies at which a maker's curve has fallen by 3 dB and is 90 degrees late."""
 
     f3db: float = number("Hz", 1.0, 1e4, "-3 dB")
     f90: float = number("Hz", 1.0, 1e4, "-90 deg")

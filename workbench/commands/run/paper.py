@@ -163,7 +163,7 @@ def _page(
 
 
 def _percent(error: float | None) -> Known | None:
-    """As the paper prints its figures: two or three digits."""
+    """An error as the paper prints its figures: two or three digits."""
     return None if error is None else Known(error, 0.1)
 
 

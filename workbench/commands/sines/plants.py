@@ -31,7 +31,7 @@ class SinePlants:
 
 
 def sine_plants(config: SinesConfig, rig: Rig) -> SinePlants:
-    """The same for the same seed. Raises InputError where the nominal one has no operating point."""
+    """Plants that follow from the seed. Raises InputError where the nominal one has no operating point."""
     engine, largest = Engine(build(rig)), max(each.amplitude for each in config.sines)
     reach = max(0.0, config.stroke * rig.limit("stroke") - largest)
     draw = draw_plants(rig, engine.plant, config.factors, config.plants, config.conditions.seed, (-reach, reach))

@@ -48,7 +48,7 @@ def run_link_speed(rig: Rig, minutes: float, stage: Stage, progress: Progress) -
 
 @contextmanager
 def _served(rig: Rig, *words: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Where a rig is served by a process of its own, and what that has left at its end."""
+    """The address of a rig served by a process of its own, and what that has left at its end."""
     left: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         file, out = Path(folder) / "rig.toml", Path(folder) / "out"
@@ -75,7 +75,7 @@ def _lockstep(rig: Rig) -> dict[str, float | None]:
 
 
 def _compiled_client(rig: Rig) -> float | None:
-    """Of a P loop at rest, its start not counted."""
+    """Periods a second of a P loop at rest, its start not counted."""
     program = program_of("p", controller("controllers.p:P", gain=0.3).build(rig.period.value), False, {})
     try:
         cc = compiler()

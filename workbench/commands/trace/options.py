@@ -87,7 +87,7 @@ def _trace(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _trace_platform(options: argparse.Namespace, words: list[str], name: str) -> None:
-    """The same of a platform's campaign, leg by leg."""
+    """Trace a platform's campaign, leg by leg."""
     if options.new is not None:
         raise InputError("--new is for the valve of one jack; a platform has several, name the campaign of one leg")
     if options.rig_out is not None:

@@ -265,7 +265,7 @@ def signal_figure(pair: Pair, name: str, floor: NoiseFloor, labels: Sequence[str
 
 
 def telling(pairs: Sequence[Pair], floor: NoiseFloor, changed: bool) -> tuple[int, str, slice]:
-    """Where the difference is best seen: record, signal and the second of it."""
+    """Record, signal and second in which the difference is best seen."""
     best, place = -np.inf, (0, next(iter(pairs[0][0].signals)), slice(None))
     for index, (before, after) in enumerate(pairs):
         rows = max(2, round(SLICE / before.record.period))

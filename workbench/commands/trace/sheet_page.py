@@ -72,7 +72,7 @@ def _with_alike(trace: SheetTrace, named: SheetCandidate) -> str:
 
 
 def _left(trace: SheetTrace) -> str:
-    """Where something is left, and what it looks like."""
+    """A sentence on where something is left, and what it looks like."""
     plain = sorted(trace.left, key=lambda band: band.low - band.high)[:_BANDS]
     where = [_band(band, several=len(trace.problem.sheets) > 2) for band in plain]
     said = f"What is left shows {listed(where) if where else 'at no frequency plainly'}. "

@@ -88,7 +88,7 @@ def run_trace_since(
     files: Sequence[str] = (),
     jobs: int = 1,
 ) -> Outcome:
-    """The same from the rig on as a valve's sheet of `rows`, a file `source`, had it when it was new; what has worn may
+    """Trace from the rig on that a valve's sheet of `rows`, a file `source`, had when it was new; what has worn may
     be several, numbers among them."""
     progress("the rig as its valve's sheet has it")
     new = rig_when_new(rig, rows, source)

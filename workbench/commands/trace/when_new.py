@@ -64,7 +64,7 @@ def beside_new(
 
 
 def _numbers(trace: Trace, new: NewRig) -> list[dict[str, Any]]:
-    """Of the valve's numbers: new, and now where the records say so; `alike` are what would explain it as well."""
+    """The valve's numbers: new, and now where the records say so; `alike` are what would explain it as well."""
     found = {wrong.number.name: (wrong.value, wrong.low, wrong.high) for wrong in numbers_of(trace)}
     seen = unbounded(trace.problem.rig, trace.final.fit)
     rows = []

@@ -251,7 +251,7 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
 
 
 def _those_tried(trace: Trace) -> str:
-    """Of which effects none explains a misfit: of all that act on the rig, or of those that were tried."""
+    """The effects of which none explains a misfit: all that act on the rig, or those that were tried."""
     rig, tried = trace.problem.rig, {candidate.effect.name for candidate, _ in trace.passes[0].scores}
     every = {effect.name for effect in effects_for(rig)}
     return "known effect" if trace.finished and every <= tried else "effect that was tried"

@@ -70,7 +70,7 @@ def _further(table: ConfigTable, nyquist: float) -> list[float]:
 
 
 def _nothing(network: Network, forgets: float) -> Memory:
-    """Of a network whose units are as steep whatever it remembers."""
+    """The memory of a network whose units are as steep whatever it remembers."""
     return Memory(np.zeros_like(network.layers[0][0]), forgets, _FLOOR)
 
 

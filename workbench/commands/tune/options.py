@@ -97,7 +97,7 @@ class TuneConfig(Experiment):
 
     @property
     def name(self) -> str:
-        """Of the controller."""
+        """The name of the controller."""
         return self.start.controllers[0].name
 
     def step_table(self, values: Mapping[str, float], rig: str) -> dict[str, Any]:

@@ -106,7 +106,7 @@ def _shift(bench: TestBench) -> Row:
 
 
 def _columns(response: ResponseEstimate) -> dict:
-    """Of a response, what its parquet has."""
+    """Columns of a response for its parquet."""
     return {
         "f_hz": response.f,
         "real": np.real(response.response),
