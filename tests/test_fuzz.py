@@ -28,6 +28,8 @@ def test_a_mutated_input_is_read_or_refused_in_one_line(kind, folder):
     @given(st.integers(0, 2**32 - 1))
     def attempt(seed):
         result = examine(kind, seeded(kind, seed), folder)
+        if result.failure.startswith("TooSlow"):  # the first that needs a library waits for its import
+            result = examine(kind, seeded(kind, seed), folder)
         assert result.failure == ""
         outcomes[result.outcome] += 1
 

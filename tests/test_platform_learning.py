@@ -27,7 +27,6 @@ from workbench.loop.platform.learning import (
 from workbench.loop.platform.measured import (
     REALIZATIONS,
     MatrixResponse,
-    Multisine,
     averaged,
     matrix_response,
     measured_response,
@@ -35,6 +34,7 @@ from workbench.loop.platform.measured import (
 )
 from workbench.loop.platform.poses import accelerated_pose, lowest_corner
 from workbench.loop.platform.reach import check_poses
+from workbench.records.excitation import MultisineSpec
 from workbench.rigs.platform import AXES, load_platform
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
@@ -261,7 +261,7 @@ def test_a_small_motion_is_answered_as_the_linear_loop_says():
     player = RepeatedMotion.of(config.controller, setup, None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("workbench.loop.platform.measured.REALIZATIONS", 2)
-        measured = measured_response(setup, player.controller, Multisine(1e-4, (2.0, 30.0), 1.0, 8), None)
+        measured = measured_response(setup, player.controller, MultisineSpec(1e-4, (2.0, 30.0), 1.0, 8), None)
     linear = player.transfer(measured.f)
     assert linear is not None
     assert np.abs(measured.response - linear).max() < 0.05

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from workbench.records.write import write_csv
 
 from workbench.cli import main
 from workbench.commands.force_test.bench import ForceBench
 from workbench.identify.acceptance.opening import ValveLag
-from workbench.records import Record
+from workbench.records import Record, write_csv
 from workbench.rigs.rig_file import load_rig
 
 T = np.arange(3000) * 1e-3
