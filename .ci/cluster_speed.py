@@ -24,8 +24,7 @@ import dask
 from distributed import Client, Scheduler, Worker
 
 from workbench.base.checkpoint import no_checkpoint
-from workbench.base.cluster import Cluster, cluster_at
-from workbench.base.installation import installation
+from workbench.base.cluster import Cluster, cluster_at, installation
 from workbench.base.process_pool import ProcessPool, process_pool
 
 _EMPTY, _LONG, _ROUNDS = 1000, 1.0, 20  # empty tasks; s of a long one; long ones a worker
