@@ -77,7 +77,7 @@ def test_a_docstring_begins_with_what_it_speaks_of():
 
 
 def test_what_scripts_tests_and_examples_import_of_the_house_is_there():
-    """The type checker leaves out hidden folders, and a module that moved is seen there only by whoever runs the script."""
+    """The type checker leaves out hidden folders: a module that moved is missed there by whoever runs the script."""
     missing = []
     for folder in (".ci", "docs", "examples", "experiments", "tests"):
         for path in (ROOT / folder).rglob("*.py"):
