@@ -23,83 +23,32 @@ Switched                                changes over between controllers while t
 
 `from controllers import P, PressureFeedback` gives what makes a controller of design numbers, in SI or with a unit:
 `P(gain="3.7 1/m") + PressureFeedback(gain="2.15e-4 1/bar")`; `P` by itself lists its numbers. The classes that compute
-are in the files: `from controllers.p import P`, or "controllers.p:P" in a config.
+are in the files: `from controllers.p import P`, or "controllers.p:P" in a config. A file that is put beside them is at
+this door, too: every class in it with a `Design` of its own.
 """
 
-from typing import TYPE_CHECKING, Any
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from workbench.control.controller_type import ControllerType
 
     from .switched import Switched as Switched
 
-    AccelerationFeedback: ControllerType
-    AmplitudePhase: ControllerType
-    Automatic: ControllerType
-    Crone1: ControllerType
-    Crone2: ControllerType
-    Crone3: ControllerType
-    Dither: ControllerType
-    FeedForward: ControllerType
-    FlowFeedForward: ControllerType
-    ForceLag: ControllerType
-    FractionalPid: ControllerType
-    LapInverse: ControllerType
-    LinearCrone: ControllerType
-    LinearCrone1: ControllerType
-    LinearLqg: ControllerType
-    LinearMpc: ControllerType
-    Lqg: ControllerType
-    Mpc: ControllerType
-    OnMeasuredMode: ControllerType
-    P: ControllerType
-    PidLead: ControllerType
-    Policy: ControllerType
-    PolicyOn: ControllerType
-    PressureFeedback: ControllerType
-    Shaping: ControllerType
-    Tvc: ControllerType
-    VelocityCompensation: ControllerType
+_LAW = re.compile(r"^class ([A-Z]\w*).*\n(?:(?!\S).*\n)*?    (?:class )?Design\b", re.M)  # read: an import takes long
+_TEXTS = {path.stem: path.read_text("utf-8") for path in Path(__file__).parent.glob("*.py")}
+_FILES = {name: file for file, text in _TEXTS.items() for name in _LAW.findall(text)}
 
-_FILES = {
-    "AmplitudePhase": "amplitude_phase",
-    "AccelerationFeedback": "acceleration",
-    "Automatic": "automatic",
-    "Crone1": "crone1",
-    "Crone2": "crone2",
-    "Crone3": "crone3",
-    "Dither": "dither",
-    "FeedForward": "feedforward",
-    "FlowFeedForward": "flow_feedforward",
-    "ForceLag": "force_lag",
-    "FractionalPid": "fractional_pid",
-    "LapInverse": "lap_inverse",
-    "LinearCrone": "linear_crone",
-    "LinearCrone1": "linear_crone1",
-    "LinearLqg": "linear_lqg",
-    "LinearMpc": "linear_mpc",
-    "Lqg": "lqg",
-    "Mpc": "mpc",
-    "OnMeasuredMode": "measured_mode",
-    "P": "p",
-    "PidLead": "pid_lead",
-    "Policy": "policy",
-    "PolicyOn": "policy",
-    "PressureFeedback": "pressure",
-    "Shaping": "shaping",
-    "Tvc": "tvc",
-    "VelocityCompensation": "velocity",
-}
-
-__all__ = ["Switched", *_FILES]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = sorted(["Switched", *_FILES])  # pyright: ignore[reportUnsupportedDunderAll]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "ControllerType":
     """Load a law's file when its name is first used."""
     if name == "Switched":
         from .switched import Switched
 
-        return Switched
+        return Switched  # pyright: ignore[reportReturnType]
     if name not in _FILES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from workbench.control.controller_type import ControllerType

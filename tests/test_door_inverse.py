@@ -51,3 +51,11 @@ def test_an_outer_loop_of_other_signals_is_refused(loop, period, labels, said):
 def test_an_unstable_loop_has_no_inverse(loop):
     with pytest.raises(InputError, match="unstable"):
         wb.ClosedLoop(loop.rig, P(gain=90.0)).inverse()
+
+
+def test_an_inverse_is_judged_on_drawn_plants(loop):
+    asked = {"record": "position-sine-5hz", "within": {"M": (0.9, 1.1)}}
+    played = wb.inverse(loop, plants=2, **asked)
+    assert {row["plants"] for row in played.metrics["plants"]} == {2}
+    with pytest.raises(InputError, match=r"inverse: stroke: the record of .* leaves it even from mid stroke"):
+        wb.inverse(loop, plants=2, stroke=0.001, **asked)

@@ -7,7 +7,7 @@ from typing import Any
 
 from envs.task import load_task
 from workbench.commands.common.bench_experiment import BenchConfig
-from workbench.commands.common.declared import Experiment, meanings
+from workbench.commands.common.declared import Experiment, keys_of, meanings
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.faults.options import FaultsConfig
 from workbench.commands.inverse.options import InverseConfig
@@ -25,7 +25,7 @@ from workbench.rigs.platform import load_platform
 from workbench.rigs.rig_file import load_rig
 
 from .markdown import page, plain, table
-from .readings import Readings, watched
+from .readings import WORDS, Readings, watched
 from .readme import ROOT
 
 FOLDER = ROOT / "docs" / "files"
@@ -108,6 +108,7 @@ def _part(*kinds: tuple[str, Load, Sequence[str]]) -> list[str]:
             own = next(readings for document, readings in documents.items() if document.endswith(Path(name).name))
             rows |= {key: row for key, row in _rows(own, name, declared).items() if key not in rows}
             known |= _allowed(own)
+        rows |= {key: row for key, row in _declared(kind).items() if key not in rows}
         explained = {key: meaning for key, (_, meaning) in rows.items() if meaning} | explained
         if unexplained := [key for key in rows if key not in explained]:
             raise RuntimeError(f"docs/files/{names[0]}: what is {', '.join(unexplained)}? Add a comment on its line")
@@ -118,6 +119,12 @@ def _part(*kinds: tuple[str, Load, Sequence[str]]) -> list[str]:
     if missing := known - shown:
         raise RuntimeError(f"docs/files: no file has {', '.join(sorted(missing))}; add what the readers allow")
     return parts
+
+
+def _declared(kind: Load) -> dict[str, tuple[str, str]]:
+    """How each field of one key is read, and its meaning, whether or not a file has it."""
+    own = keys_of(kind).items() if isinstance(kind, type) else ()
+    return {name: (WORDS[key.of[0]](key.of[1]), key.meanings[""]) for name, key in own if key.of}
 
 
 def _rows(readings: Readings, name: str, declared: Mapping[str, str]) -> dict[str, tuple[str, str]]:

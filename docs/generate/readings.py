@@ -68,7 +68,7 @@ def watched() -> Iterator[dict[str, Readings]]:
     """Readings by document, of all files that are read inside."""
     watch = _Watch()
     with ExitStack() as stack:
-        for name, words in _WORDS.items():
+        for name, words in WORDS.items():
             stack.enter_context(patch.object(ConfigTable, name, watch.asking(getattr(ConfigTable, name), words)))
         stack.enter_context(patch.object(ConfigTable, "allow", watch.allowing(ConfigTable.allow)))
         yield watch.documents
@@ -152,7 +152,7 @@ def _range(asked: Arguments) -> str:
     return f"`low`, `high` and `unit`, in `{asked['si']}`{above}{least}"
 
 
-_WORDS: dict[str, Callable[[Arguments], str]] = {
+WORDS: dict[str, Callable[[Arguments], str]] = {
     "text": lambda asked: "text",
     "word": _choice,
     "words": lambda asked: "list of names",

@@ -1,11 +1,13 @@
 """Loops over drawn plants, with faults, on sines and behind an inverse, by the code of the commands of these names."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from ..base.checkpoint import no_checkpoint
 from ..base.errors import InputError, nearest
 from ..base.units import quantity
+from ..commands.common.drawn_record import DrawnConfig, span_of
 from ..commands.common.outcome import Outcome
 from ..commands.faults.options import FaultsConfig
 from ..commands.faults.study import run_faults
@@ -17,26 +19,32 @@ from ..commands.sines.options import SinesConfig, asked_sines
 from ..commands.sines.study import run_sines
 from ..loop.capability import capability
 from ..loop.fault_trial import FaultLoops
+from ..loop.repeated_record import faded
 from ..loop.scenarios import POSITIONS, Scenario, scenario
 from ..loop.sines import ORDERS
 from ..rigs.rig import Rig
 from .closed_loop import ClosedLoop, Quantity
+from .door import takes_keys
 from .loops import loops_of_one_rig, named_controllers
 from .search import SCENARIOS, checked_rigs
 
 Loops = ClosedLoop | Sequence[ClosedLoop]
 Factors = Mapping[str, tuple[float, float]]
 STROKE = 0.9  # share of the stroke limit in which drawn plants are judged, as in the shipped experiments
+_REST = 0.3  # s before and after a record
 
 
+@takes_keys(RobustnessConfig)
 def robustness(
     loops: Loops,
     plants: int = 1000,
     within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "1 s",
+    stroke: float = STROKE,
     seed: int = 1,
     jobs: int = 1,
+    **keys: Any,
 ) -> Outcome:
     """Loops of one signal on drawn plants over the whole stroke: a step with noise and computing delay, and margins.
 
@@ -54,10 +62,11 @@ def robustness(
             signal=first.signal,
             step=_size(first, step),
             seconds=quantity(seconds, "s"),
-            stroke=STROKE,
+            stroke=stroke,
             positions=POSITIONS,
             factors=_factors(first.rig, within, "robustness"),
             controllers=named_controllers(listed),
+            **keys,
         ),
         no_checkpoint,
         _quiet,
@@ -65,13 +74,16 @@ def robustness(
     )
 
 
+@takes_keys(FaultsConfig)
 def faults(
     loops: Loops,
     plants: int = 100,
     within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "0.7 s",
+    stroke: float = STROKE,
     seed: int = 1,
+    **keys: Any,
 ) -> Outcome:
     """Loops of one signal through every fault of sensors, controller, drive and plant, and on plants without a fault.
 
@@ -90,13 +102,15 @@ def faults(
         rig=first.rig,
         loops=(own,),
         plants=plants,
-        stroke=STROKE,
+        stroke=stroke,
         seconds=quantity(seconds, "s"),
         conditions=first.conditions(seed),
+        **keys,
     )
     return run_faults(trials, no_checkpoint, _quiet)
 
 
+@takes_keys(SinesConfig)
 def sines(
     loops: Loops,
     frequencies: Sequence[float] = (1.0, 5.0, 10.0),
@@ -106,7 +120,9 @@ def sines(
     rigs: Sequence[str] = ("nominal",),
     plants: int = 0,
     within: Factors | None = None,
+    stroke: float = STROKE,
     seed: int = 1,
+    **keys: Any,
 ) -> Outcome:
     """Position loops on sines: alone, with amplitude and phase control, and with odd harmonics taken out.
 
@@ -123,7 +139,7 @@ def sines(
     members = checked_rigs(first, rigs, "sines")
     reach = {name: capability(rig) for name, rig in members.items()}
     size = quantity(amplitude, "m")
-    asked = asked_sines(frequencies, size, share, reach, first.rig, _complaint)
+    asked = asked_sines(frequencies, size, share, reach, first.rig, partial(_complaint, "sines"))
     return run_sines(
         SinesConfig(
             rig=first.rig,
@@ -133,16 +149,18 @@ def sines(
             sines=asked,
             harmonics=harmonics,
             plants=plants,
-            stroke=STROKE,
+            stroke=stroke,
             factors=_factors(first.rig, within, "sines"),
             conditions=first.conditions(seed),
             controllers=named_controllers(listed),
+            **keys,
         ),
         no_checkpoint,
         _quiet,
     )
 
 
+@takes_keys(InverseConfig)
 def inverse(
     loops: Loops,
     record: str | Scenario = "position-sine-5hz",
@@ -151,7 +169,11 @@ def inverse(
     length: Quantity = "300 ms",
     band: Quantity = "5 Hz",
     fade: Quantity = "1 s",
+    plants: int | None = None,
+    within: Factors | None = None,
+    stroke: float = STROKE,
     seed: int = 1,
+    **keys: Any,
 ) -> Outcome:
     """An inverse of each loop, designed on `rigs`, and a record played with and without it.
 
@@ -168,20 +190,28 @@ def inverse(
     ahead, taps = (round(quantity(value, "s") / first.rig.period.value) for value in (preview, length))
     if not 0 <= ahead < taps:
         raise InputError("inverse: the preview must be below the length; shorten it")
+    rig, blend, drawn = first.rig, quantity(fade, "s"), None
+    if plants is not None:
+        reference = faded(asked, _REST, blend, rig.period.value)
+        span = span_of(rig, first.signal, reference, stroke, partial(_complaint, "inverse"))
+        drawn = DrawnConfig(rig, plants, seed, _factors(rig, within, "inverse"), span)
     return run_inverse(
         InverseConfig(
-            rig=first.rig,
+            rig=rig,
             rigs=members,
             scenario=asked,
             signal=first.signal,
             controllers=named_controllers(listed),
-            rest=0.3,
-            fade=quantity(fade, "s"),
+            rest=_REST,
+            fade=blend,
+            plants=plants,
+            drawn=drawn,
             conditions=first.conditions(seed),
             designed_on=tuple(members),
             preview=ahead,
             taps=taps,
             band=quantity(band, "Hz"),
+            **keys,
         ),
         no_checkpoint,
         _quiet,
@@ -193,8 +223,8 @@ def _size(loop: ClosedLoop, step: Quantity | None) -> float:
     return scenario(SCENARIOS[loop.signal.name][0], "step").size if step is None else quantity(step, loop.signal.si)
 
 
-def _complaint(key: str, what: str) -> InputError:
-    return InputError(f"sines: {key}: {what}")
+def _complaint(where: str, key: str, what: str) -> InputError:
+    return InputError(f"{where}: {key}: {what}")
 
 
 def _factors(rig: Rig, within: Factors | None, where: str) -> dict[str, tuple[float, float]]:

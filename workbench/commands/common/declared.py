@@ -35,12 +35,14 @@ OF_RUN = ("step", "paper", "corrector", "platform", "automatic")  # the kinds th
 @dataclass(frozen=True)
 class Key:
     """How a field is read: its `meanings` by the keys of the file that it takes, and what makes its value of a
-    ExperimentFile and its name; `check` makes it of what Python gives. `asked`: whether an option replaces it."""
+    ExperimentFile and its name; `check` makes it of what Python gives. `asked`: whether an option replaces it. `of`:
+    the method of a ConfigTable that reads its one key, and what is asked of that."""
 
     meanings: Mapping[str, str]
     read: Callable[["ExperimentFile", str], Any]
     check: Callable[[Any], Any] | None = None
     asked: bool = False
+    of: tuple[str, Mapping[str, Any]] | None = None
 
 
 def part(read: Callable[["ExperimentFile"], T], meanings: Mapping[str, str], **default: Any) -> Any:
@@ -58,7 +60,7 @@ def quantity(unit: str, low: float, high: float, meaning: str, *, default: Any =
             raise InputError(problem)
         return number
 
-    return _one(meaning, lambda at, key: at.top.quantity(key, spec), check, default)
+    return _one(meaning, lambda at, key: at.top.quantity(key, spec), check, default, ("quantity", {"spec": spec}))
 
 
 def count(low: int, high: int, meaning: str, *, default: Any = MISSING, asked: bool = False) -> Any:
@@ -72,7 +74,7 @@ def count(low: int, high: int, meaning: str, *, default: Any = MISSING, asked: b
     def read(at: "ExperimentFile", key: str) -> int:
         return at.asked.get(key) or at.top.count(key, low, high)
 
-    return _one(meaning, read, check, default, asked)
+    return _one(meaning, read, check, default, ("count", {"least": low, "most": high}), asked)
 
 
 def fraction(meaning: str, *, default: Any = MISSING) -> Any:
@@ -86,7 +88,7 @@ def fraction(meaning: str, *, default: Any = MISSING) -> Any:
     def read(at: "ExperimentFile", key: str) -> float:
         return at.top.about(key, lambda: check(at.top.positive(key)))
 
-    return _one(f"share, at most 1, {meaning}", read, check, default)
+    return _one(f"share, at most 1, {meaning}", read, check, default, ("positive", {"unit": ""}))
 
 
 def _one(
@@ -94,6 +96,7 @@ def _one(
     read: Callable[["ExperimentFile", str], Any],
     check: Callable[[Any], Any],
     default: Any,
+    of: tuple[str, Mapping[str, Any]],
     asked: bool = False,
 ) -> Any:
     """A field of one key, which has the field's name; where the file has none, it is the default, if there is one."""
@@ -102,7 +105,7 @@ def _one(
         there = default is MISSING or name in at.top or at.asked.get(name) is not None
         return read(at, name) if there else default
 
-    key = Key({"": meaning}, given, check, asked)
+    key = Key({"": meaning}, given, check, asked, of)
     return field(default=default, metadata={"key": key}, kw_only=True)
 
 
@@ -228,11 +231,13 @@ def takes_experiment(
             parser.add_argument(f"--{name}", type=int, metavar="N", help=f"{meaning} (default: the experiment's)")
     if shared:
         works(parser)
-    computes(parser, partial(_computed, load or kind.load, study, shared))
+    computes(parser, partial(_computed, kind, load or kind.load, study, shared))
 
 
-def _computed(load: Load, study: str, shared: bool, options: argparse.Namespace, words: list[str]) -> None:
-    asked = {name: getattr(options, name) for name in ("plants", "designs") if name in options}
+def _computed(
+    kind: type[Experiment], load: Load, study: str, shared: bool, options: argparse.Namespace, words: list[str]
+) -> None:
+    asked = {name: getattr(options, name) for name, key in keys_of(kind).items() if key.asked}
     for name, value in asked.items():
         if value is not None and value < 1:
             raise InputError(f"--{name} {value}: must be 1 or more")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ...base.table import ConfigTable
 from ...control.controller_spec import ControllerSpec, controller_spec, read_numbers
@@ -13,8 +13,11 @@ from ...rigs.linear_file import FORMS, FREQUENCY_RESPONSE, read_linear_rig
 from ...rigs.platform import is_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
-from .declared import ExperimentFile
+from .declared import Experiment, ExperimentFile
+from .experiment_file import read_experiment
 
+E = TypeVar("E", bound=Experiment)
+P = TypeVar("P", bound=Experiment)
 _SHEET = ".csv"
 MOST_POINTS = 1000  # of a sweep: each is a simulation
 SLOWEST = 1e-3  # Hz, of a sine: a quarter of an hour a cycle
@@ -131,6 +134,16 @@ def on_platform(top: ConfigTable, path: Path, rig: str | None) -> bool:
     """Whether an experiment is on a platform: `rig`, or else the one that its file at `path` names."""
     named = rig or (top.text("rig") if "rig" in top else "")
     return is_platform(named) or is_platform(path.parent / named)
+
+
+def load_either(jack: type[E], platform: type[P], path: str | Path, rig: str | None = None, **asked: Any) -> E | P:
+    """Read an experiment that may be on one jack or on a platform; `rig` and what is `asked` replace what it says.
+
+    Raises InputError with file, line and key.
+    """
+    path = Path(path)
+    top = read_experiment(path)
+    return (platform if on_platform(top, path, rig) else jack).of(top, path, rig, **asked)
 
 
 def with_specimen(rig: Rig, specimen: ConfigTable) -> Rig:

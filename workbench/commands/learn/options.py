@@ -1,14 +1,13 @@
 """`jackbench learn EXPERIMENT`: a record that is repeated, how often, and by what the filter is measured."""
 
 import argparse
-from pathlib import Path
+from functools import partial
 
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
 from ...records.excitation import MultisineSpec
 from ..common.declared import MANY, ExperimentFile, count, declared, part, takes_experiment
-from ..common.experiment import on_platform, sole_controller
-from ..common.experiment_file import read_experiment
+from ..common.experiment import load_either, sole_controller
 from ..common.record_experiment import MEASURE, RecordExperiment, read_multisine
 from .platform_config import PlatformLearnConfig
 
@@ -35,13 +34,7 @@ class LearnConfig(RecordExperiment):
 load_learning = LearnConfig.load
 
 
-def load_any(path: str | Path, rig: str | None = None, plants: int | None = None) -> LearnConfig | PlatformLearnConfig:
-    """Read the file, of one jack or of a platform; `rig` and `plants` replace what it says. Raises InputError with file
-    and key."""
-    path = Path(path)
-    top = read_experiment(path)
-    kind = PlatformLearnConfig if on_platform(top, path, rig) else LearnConfig
-    return kind.of(top, path, rig, plants=plants)
+load_any = partial(load_either, LearnConfig, PlatformLearnConfig)  # of one jack or of a platform
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """`jackbench robustness EXPERIMENT`: controllers, a step, and how far the rig's numbers are drawn."""
 
 import argparse
-from pathlib import Path
+from functools import partial
 
 from ...base.signals import Signal
 from ...base.units import Spec
@@ -18,12 +18,11 @@ from ..common.experiment import (
     RIG,
     SPECIMEN,
     controlled,
-    on_platform,
+    load_either,
     on_specimen,
     read_conditions,
     read_controllers,
 )
-from ..common.experiment_file import read_experiment
 from .platform_config import PlatformRobustness
 
 _STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
@@ -93,15 +92,7 @@ class RobustnessConfig(RobustnessProblem, Experiment):
 load_robustness = RobustnessConfig.load
 
 
-def load_any(
-    path: str | Path, rig: str | None = None, plants: int | None = None
-) -> RobustnessConfig | PlatformRobustness:
-    """Read the file, of one jack or of a platform; `rig` and `plants` replace what it says. Raises InputError with
-    file, line and key."""
-    path = Path(path)
-    top = read_experiment(path)
-    kind = PlatformRobustness if on_platform(top, path, rig) else RobustnessConfig
-    return kind.of(top, path, rig, plants=plants)
+load_any = partial(load_either, RobustnessConfig, PlatformRobustness)  # of one jack or of a platform
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -1,21 +1,17 @@
-"""The effects that a rig may show and the base model lacks: one file a physical cause.
+"""The effects that a rig may show and the base model lacks: one file of `library` a physical cause.
 
 Whoever writes one imports `effect`, `number` and `state` from here; SLOTS says where it can act.
 
 decorator, effect, slots    how an effect is written, what it is, where it acts
-known                       the library, a user's own effects, and those that a rig declares
+library, known              the library, a user's own effects, and those that a rig declares
 declared                    the effects that a rig may lack, and one of them as its file declares it
 grammar, options            refinements of any effect by their words, and which an effect can take
 natural, reshape            what numbers and curves of a slot may depend on; how a refinement is put on an effect
 modulation, dynamics, spline, curves    the refinements
 learned_pieces, learned_curves     curves and linear elements where no effect has the shape
 shapes                      an effect as a curve with its slopes, or as gains over frequency
-drive, lag, pilot           of the drive and the pilot stage
-lands, supply, leakage, air    of the flows
-friction, load, compliance    of the forces
-sensor                      of the pressure transducers
+lag                         the lags of drives and transducers
 numbers                     described numbers that are others, as candidates beside the effects
-pump_drive, pump_load       of pump drives, of what they move and of what measures it
 """
 
 from .decorator import effect, number, state

@@ -1,8 +1,10 @@
 """All effects that a rig can name, those of the library and those of its own files, and the ones it declares."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from types import TracebackType
 
 from ...base import trust
@@ -12,17 +14,28 @@ from ...base.units import from_si, to_si
 from ...rigs.linear_rig import LinearRig
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
-from . import air, compliance, drive, friction, lands, leakage, load, pilot, pump_drive, pump_load, sensor, supply
+from ...rigs.valve import VALVES
+from . import library
 from .curves import check_knots
 from .decorator import check, declared
 from .effect import Effect, EffectNumber
 from .grammar import LEARNED, refined_by
 from .learned_pieces import find_learned
 
-_MODULES = (drive, pilot, friction, lands, supply, air, leakage, load, compliance, sensor)
-LIBRARY: tuple[Effect, ...] = declared(value for module in _MODULES for value in vars(module).values())
+_ALONG = ("drive", "pilot", "friction", "lands", "supply", "air", "leakage", "load", "compliance", "sensor")
+_PUMPS = {kind.name for kind in VALVES.values() if not kind.has_lands}
 
-PUMP_LIBRARY: tuple[Effect, ...] = declared(value for of in (pump_drive, pump_load) for value in vars(of).values())
+
+def _shipped() -> Iterator[Effect]:
+    """The effects of the files in `library`: along the way of a command, then those of files that are not there."""
+    others = sorted({module.name for module in iter_modules(library.__path__)}.difference(_ALONG))
+    for name in (*_ALONG, *others):
+        yield from declared(vars(import_module(f"{library.__name__}.{name}")).values())
+
+
+_SHIPPED = tuple(_shipped())
+LIBRARY = tuple(effect for effect in _SHIPPED if not effect.valves <= _PUMPS)
+PUMP_LIBRARY = tuple(effect for effect in _SHIPPED if effect.valves <= _PUMPS)
 """What pump drives show besides."""
 
 

@@ -10,8 +10,8 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import Scope
+from ..decorator import effect, number, state
+from ..effect import Scope
 
 _SPACED = tuple(round(8 * 1.3**k, 1) for k in range(13))  # Hz, up to 190: nearer than a resonance is wide
 _ZETA = number("zeta", 0.03, "1", low=0.0, high=1.0, meaning="its damping ratio")

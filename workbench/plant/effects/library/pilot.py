@@ -5,8 +5,8 @@ Every formula is driven by the current itself, never by its rate: a command held
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import EffectState, Scope
+from ..decorator import effect, number, state
+from ..effect import EffectState, Scope
 
 _FAST = 5e-5  # s: a play operator is dragged along this fast; a loop does not depend on it below some 500 Hz
 _PLAYS = 3

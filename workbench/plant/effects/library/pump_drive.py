@@ -4,10 +4,10 @@ from functools import partial
 
 import casadi as ca
 
-from ..orifice import root
-from .decorator import effect, number, state
-from .effect import Scope
-from .lag import first_order, second_order
+from ...orifice import root
+from ..decorator import effect, number, state
+from ..effect import Scope
+from ..lag import first_order, second_order
 
 _Pair = tuple[ca.SX, ca.SX]
 _MERRITT = "Merritt, Hydraulic Control Systems, Wiley 1967"

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import Effect, Scope
-from .lag import first_order, second_order
+from ..decorator import effect, number, state
+from ..effect import Effect, Scope
+from ..lag import first_order, second_order
 
 _TIMING = "drive timing"
 _FAST = "steps and fast multisine on the command, with current or spool recorded"

@@ -4,9 +4,9 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import Scope
-from .lag import first_order, second_order
+from ..decorator import effect, number, state
+from ..effect import Scope
+from ..lag import first_order, second_order
 
 _DOEBELIN = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 6: transducer and tubing"
 _A, _B = state("a", "Pa", 1e7, follows="P1"), state("b", "Pa", 1e7, follows="P2")

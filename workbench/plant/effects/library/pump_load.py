@@ -7,9 +7,9 @@ from functools import partial
 
 import casadi as ca
 
-from ..orifice import root
-from .decorator import effect, number, state
-from .effect import Scope
+from ...orifice import root
+from ..decorator import effect, number, state
+from ..effect import Scope
 
 _Pair = tuple[ca.SX, ca.SX]
 _MERRITT = "Merritt, Hydraulic Control Systems, Wiley 1967"

@@ -8,8 +8,8 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import Scope
+from ..decorator import effect, number, state
+from ..effect import Scope
 
 _BAND = 5e5  # Pa: a pressure-compensated pump goes from no to full delivery over about this much
 _ADIABATIC = 1.4

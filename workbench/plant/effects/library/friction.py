@@ -9,8 +9,8 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number, state
-from .effect import Effect, EffectNumber, Scope
+from ..decorator import effect, number, state
+from ..effect import Effect, EffectNumber, Scope
 
 _ARMSTRONG = "Armstrong-Helouvry et al., Automatica 30(7), 1994"
 _CANUDAS = "Canudas de Wit et al., IEEE Trans. Automatic Control 40(3), 1995, eqs. 1-4, sigma0 = Fc/d, sigma1 = Fc td/d"

@@ -2,9 +2,9 @@
 
 import casadi as ca
 
-from ..orifice import exponential_lap
-from .decorator import effect, number
-from .effect import EffectNumber, Scope
+from ...orifice import exponential_lap
+from ..decorator import effect, number
+from ..effect import EffectNumber, Scope
 
 _Pair = tuple[ca.SX, ca.SX]
 

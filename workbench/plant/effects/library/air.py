@@ -4,8 +4,8 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number
-from .effect import Scope
+from ..decorator import effect, number
+from ..effect import Scope
 
 _ATMOSPHERE = 1.013e5  # Pa: where the share of air is stated
 _LOWEST = 2e4  # Pa: below this the gas is taken as it is here; the oil cavitates and the model is invalid

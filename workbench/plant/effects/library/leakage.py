@@ -4,9 +4,9 @@ from functools import partial
 
 import casadi as ca
 
-from ..orifice import root
-from .decorator import effect, number
-from .effect import EffectNumber, Scope
+from ...orifice import root
+from ..decorator import effect, number
+from ..effect import EffectNumber, Scope
 
 _Pair = tuple[ca.SX, ca.SX]
 

@@ -7,8 +7,8 @@ from functools import partial
 
 import casadi as ca
 
-from .decorator import effect, number
-from .effect import Scope
+from ..decorator import effect, number
+from ..effect import Scope
 
 _BIAS = number("F", 5e3, "N", shown="kN", low=-1e5, high=1e5, off=0.0, meaning="constant force against positive motion")
 _K = number("k", 1e5, "N/m", shown="kN/m", low=0.0, high=1e7, off=0.0, meaning="stiffness")
