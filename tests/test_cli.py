@@ -118,7 +118,7 @@ def test_a_bad_experiment_is_refused_in_one_line(tmp_path, text, words):
         (["run"], ["experiment", "--help"]),
         (["fly"], ["fly", "residual"]),
         (["trace-study", "--number", "20"], ["python -m experiments.studies.trace"]),
-        (["tune", "tune_p", "--trials", "6"], ["--trials 6", "see jackbench tune --help"]),
+        (["tune", "tune_p", "--tries", "6"], ["--tries 6", "see jackbench tune --help"]),
         (["residual", "nothere"], ["no such file"]),
         (["trace", "nothere"], ["no such file"]),
         (["fit", "experiments/sample", "--starts", "two"], ["--starts", "--help"]),
