@@ -154,7 +154,7 @@ class Core(JackEpisodes):
         return (self.loops.trip > 0) | (np.abs(self.loops.x[:, self._position]) >= self._half_stroke)
 
     def _reward(self, before: np.ndarray, begun: np.ndarray) -> np.ndarray:
-        """Of the true errors at the end of each period."""
+        """The reward of the true errors at the end of each period."""
         errors, sent, (tracking, effort, rate) = self._errors, self.loops.sent, self._weights
         errors[:, :-1], errors[:, -1] = errors[:, 1:], self._error
         change = sent.copy()

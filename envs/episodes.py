@@ -132,7 +132,7 @@ class LaneEpisodes(ABC):
 
 
 class JackEpisodes(LaneEpisodes):
-    """The same of single jacks of a rig, which can be drawn."""
+    """Episodes of single jacks of a rig, which can be drawn."""
 
     rig: Rig
 

@@ -185,7 +185,7 @@ class HexapodVector(Lanes[HexapodCore]):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        """As Hexapod. Raises InputError as that does, and for another mode."""
+        """Takes what Hexapod does. Raises InputError as that does, and for another mode."""
         refuse_render_mode(render_mode)
         mode, lanes = autoreset(autoreset_mode), checked_lanes(num_envs)
         self._wrap(HexapodCore(load_platform(platform), lanes, ideal), lanes, _observation(), _action(), mode)

@@ -35,7 +35,7 @@ def observation_space(channels: Sequence[ObservedChannel]) -> Box:
 
 
 def checked_action(action: Any, space: Space[Any]) -> np.ndarray:
-    """As numbers of the space's shape. Raises InputError for another shape, and for what is no numbers."""
+    """The action as numbers of the space's shape. Raises InputError for another shape, and for what is no numbers."""
     try:
         given = np.asarray(action, float)
     except (TypeError, ValueError):

@@ -18,7 +18,7 @@ class Range:
         return self.low + (self.high - self.low) * random.random(count)
 
     def spread(self, random: np.random.Generator, count: int | None = None) -> Any:
-        """The same, evenly spread over decades; both ends must be positive."""
+        """Draws that are evenly spread over decades; both ends must be positive."""
         return self.low * (self.high / self.low) ** random.random(count)
 
     @property

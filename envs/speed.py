@@ -69,7 +69,7 @@ def _vector(env: gymnasium.vector.VectorEnv, held: int) -> dict[str, float]:
 
 
 def _timed(step: Callable[[int], object], lanes: int) -> dict[str, float]:
-    """Of steps of so many lanes, each told its number, for some seconds."""
+    """The time of steps of so many lanes, each told its number, over some seconds."""
     count, began, spent = 0, perf_counter(), process_time()
     while perf_counter() - began < _SECONDS:
         step(count)

@@ -71,7 +71,7 @@ class Reward:
 
 @dataclass(frozen=True)
 class SpecimenMotion:
-    """Of the specimen's far end: travel/2 (1 - cos 2 pi f t), travel [m], frequency [Hz]."""
+    """The course of the specimen's far end: travel/2 (1 - cos 2 pi f t), travel [m], frequency [Hz]."""
 
     travel: Range
     frequency: Range

@@ -16,7 +16,7 @@ TWICE = {  # class names that still mean several things: this set may only shrin
     *("Carried", "Check", "Envelope", "Expected", "Found", "Instants", "Lanes", "Limits", "Motion", "Played"),
     *("Run", "Sines", "Task"),
 }
-UNREAD = {"control", "link", "loop", "envs"}  # rooms whose docstrings may still begin with "Of": as above
+UNREAD = {"loop"}  # rooms whose docstrings may still begin with "Of": as above
 SHELVES = {"controllers", "library"}  # folders whose files `jackbench list` lists: a new one is in them by being there
 OF_A_COMMAND = {"options", "config", "study", "page"}  # which workbench/commands/__init__.py explains once for all
 TOP = ("workbench", "controllers", "envs", "experiments", "docs", "tests")

@@ -16,7 +16,7 @@ from .task import BenchTask
 
 @dataclass(frozen=True)
 class Episodes:
-    """Of whole episodes [k]: returns, settling [s] and overshoot [%], NaN of a load, and which tripped."""
+    """Scores of whole episodes [k]: returns, settling [s] and overshoot [%], NaN of a load, and which tripped."""
 
     returns: np.ndarray
     settling: np.ndarray

@@ -100,7 +100,7 @@ class JackBenchVector(Lanes[BenchCore]):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        """As JackBench. Raises InputError as that does, for another mode, and for a `render_mode`."""
+        """Takes what JackBench does. Raises InputError as that does, for another mode, and for a `render_mode`."""
         refuse_render_mode(render_mode)
         mode, lanes = autoreset(autoreset_mode), checked_lanes(num_envs)
         policy = silent_policy(error, pressure, past, limit, decision)

@@ -50,7 +50,7 @@ class BenchTask:
 
 
 def load_bench_task(path: str | Path, policy: Network) -> BenchTask:
-    """Of a train experiment, a file or a shipped one by name, for policies of a shape; its plants are drawn here.
+    """A train experiment's task, its file or a shipped one by name, for policies of a shape; its plants are drawn here.
 
     Raises InputError for what no policy of this shape can run on.
     """

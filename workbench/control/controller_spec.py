@@ -62,15 +62,15 @@ class ControllerSpec:
     plant: LinearRig | None = field(default=None, compare=False)
 
     def knowing(self, rig: Rig) -> "ControllerSpec":
-        """The same for a loop on a rig: where that is a linear plant, a law of such plants is designed on it."""
+        """This controller for a loop on a rig: where that is a linear plant, a law of such plants is designed on it."""
         return replace(self, plant=rig) if isinstance(rig, LinearRig) else self
 
     def named(self, name: str) -> "ControllerSpec":
-        """The same under another name."""
+        """This controller under another name."""
         return replace(self, name=name)
 
     def on_load_cell(self, stiffness: float | str) -> "ControllerSpec":
-        """The same as a force loop on a specimen of a stiffness, in N/m or text such as "10 kN/mm"."""
+        """This controller as a force loop on a specimen of a stiffness, in N/m or text such as "10 kN/mm"."""
         return replace(self, stiffness=design_number(stiffness, OF_THE_LOOP["stiffness"]))
 
     def __add__(self, compensator: "ControllerSpec") -> "ControllerSpec":

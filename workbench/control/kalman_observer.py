@@ -118,7 +118,7 @@ class JackObserver(Observer):
         command: np.ndarray,
         law: StateLaw,
     ) -> np.ndarray:
-        """Of a jack at rest, whose drive needs the command that it holds."""
+        """The state of a jack at rest, whose drive needs the command that it holds."""
         return self.resting(measurement, law.follow * (reference - measurement["position"]) - command)
 
     def resting(

@@ -142,7 +142,7 @@ class Law:
         return LinearLaw(a, b, c.reshape(n), d.reshape(m), e.reshape(n))
 
     def dense(self, states: int = 0) -> "Law":
-        """The same for compiled loops: a linear one by its matrices, filled up, as many linear laws share that graph.
+        """The law for compiled loops: a linear one by its matrices, filled up, as many linear laws share that graph.
 
         `states`: as many at least.
         """

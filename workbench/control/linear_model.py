@@ -103,7 +103,7 @@ class LinearObserver(Observer):
         command: np.ndarray,
         law: StateLaw,
     ) -> np.ndarray:
-        """Of a plant that rests where it is, under the disturbance with which it needs the command that it has."""
+        """The state of a plant that rests, under the disturbance with which it needs the command that it has."""
         position = np.asarray(measurement["position"])
         holding = command - law.follow * (reference - position)
         return np.multiply.outer(self._at_rest[:, 0], holding) + np.multiply.outer(self._at_rest[:, 1], position)

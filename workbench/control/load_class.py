@@ -14,7 +14,7 @@ from ..base.errors import InputError, clipped, echo, nearest, short_path
 
 
 def absolute(use: str, beside: Path | None) -> str:
-    """The same `use`, a path in it from the folder `beside` (else the current one) made absolute."""
+    """This `use`, a path in it from the folder `beside` (else the current one) made absolute."""
     module, _, name = use.rpartition(":")
     return f"{((beside or Path()) / module).resolve()}:{name}" if module.endswith(".py") else use
 
@@ -34,7 +34,7 @@ def load_class(use: str, where: str) -> Any:
 
 
 def _shown(use: str) -> str:
-    """As it may stand in a message: no name in a path is longer than 80 characters."""
+    """The `use` as it may stand in a message: no name in a path is longer than 80 characters."""
     return f'"{short_path(use)}"' if use.isprintable() else echo(use)
 
 

@@ -88,7 +88,7 @@ class ReferenceGovernor:
     """
 
     def __init__(self, observer: Observer, feedback: np.ndarray, feedforward: np.ndarray, braking: Braking) -> None:
-        """Of the law u = feedforward r - feedback x^ over a horizon: feedback [n + 2], feedforward [samples, k]."""
+        """For the law u = feedforward r - feedback x^ over a horizon: feedback [n + 2], feedforward [samples, k]."""
         self.stroke = braking.stroke
         order, references = len(feedback), feedforward.shape[1]
         closed = observer.ahead - np.outer(observer.entering, feedback)

@@ -105,13 +105,13 @@ class Network:
         return [*(part for layer in self.layers for part in layer), *([] if self.memory is None else [self.memory.V])]
 
     def with_numbers(self, numbers: np.ndarray) -> "Network":
-        """The same with other weights and biases [j]."""
+        """This network with other weights and biases [j]."""
         numbers = np.asarray(numbers, float)
         memory = self.memory and replace(self.memory, V=self.gates(numbers, np.reshape))
         return replace(self, layers=tuple(self.layered(numbers, np.reshape)), memory=memory)
 
     def with_number(self, place: int, value: float) -> "Network":
-        """The same with another one of its `numbers`."""
+        """This network with another one of its `numbers`."""
         numbers = self.numbers
         numbers[place] = value
         return self.with_numbers(numbers)

@@ -41,7 +41,7 @@ class _Beside(Shell):
     @property
     @abstractmethod
     def sizes(self) -> dict[str, int]:
-        """Of the parts of the state."""
+        """The sizes of the parts of the state."""
 
     @property
     def key(self) -> Hashable:

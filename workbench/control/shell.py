@@ -169,7 +169,7 @@ class Around:
 
     @property
     def fallbacks(self) -> int | None:
-        """Of the inner controller."""
+        """The fallbacks of the inner controller."""
         return fallbacks(self.inner)
 
     def reset(self, reference: float, measurement: Mapping[str, float], command: float) -> None:

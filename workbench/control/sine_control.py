@@ -42,7 +42,7 @@ _COARSE = 0.03  # error of the sine above which its harmonics wait
 
 @dataclass(eq=False)
 class SineControl(Shell):
-    """Of sines of a `frequency` [Hz] by a loop whose `responses` are complex there, and at 3, 5 .. times it.
+    """Control of sines of a `frequency` [Hz] by a loop whose `responses` are complex there, and at 3, 5 .. times it.
 
     settle, measure: s of a block; `noise`: standard deviation of the position sensor [m]; at a `period` [s]. Raises
     InputError for a frequency, or a harmonic of it, above half the control rate.
@@ -74,7 +74,7 @@ class SineControl(Shell):
 
     @property
     def orders(self) -> tuple[int, ...]:
-        """Of the sine and the harmonics."""
+        """The orders of the sine and the harmonics."""
         return tuple(range(1, 2 * len(self.responses), 2))
 
     @cached_property
@@ -84,7 +84,7 @@ class SineControl(Shell):
 
     @cached_property
     def _samples(self) -> tuple[int, int]:
-        """Of a block: those in which it settles, and those that are measured, whole cycles."""
+        """The samples of a block: those in which it settles, and those that are measured, whole cycles."""
         cycle = 1 / (self.frequency * self.period)
         cycles = max(1, np.ceil(self.measure / self.period / cycle - 1e-9))
         return round(self.settle / self.period), round(cycles * cycle)
@@ -209,7 +209,7 @@ def _one() -> "ca.SX":
 
 
 def _times(a: "ca.SX", b: "ca.SX") -> "ca.SX":
-    """Of two complex numbers [2]."""
+    """The product of two complex numbers [2]."""
     return ca.vertcat(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0])
 
 

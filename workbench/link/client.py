@@ -114,7 +114,7 @@ class LinkClient:
         return self._sequence
 
     def _newest(self, reading: Reading) -> Reading:
-        """Of the readings that wait, the last: who is late answers what is now."""
+        """The last of the readings that wait: who is late answers what is now."""
         waiting = [reading]
         while (more := self._reading(0.0)) is not None:
             waiting.append(more)

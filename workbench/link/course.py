@@ -138,7 +138,7 @@ def _creeps(run: WireRun, rig: Rig, signal: str) -> bool:
 
 
 def _level(run: WireRun, signal: str, else_: float) -> float:
-    """Where the controlled signal stands, over the later half of a run."""
+    """The mean at which the controlled signal stands, over the later half of a run."""
     values = run.record.signals[signal]
     return float(values[len(values) // 2 :].mean()) if len(values) else else_
 

@@ -44,15 +44,15 @@ class Hello:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the channels."""
+        """The names of the channels."""
         return tuple(channel.name for channel in self.channels)
 
     def in_state(self, state: str) -> "Hello":
-        """The same in another state."""
+        """This hello in another state."""
         return replace(self, state=state)
 
     def text(self) -> str:
-        """As the link sends it."""
+        """The text that the link sends."""
         table = {
             "rig": self.rig,
             "period_s": self.period,

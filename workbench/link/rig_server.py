@@ -66,13 +66,13 @@ class RigServer(ABC):
 
     @property
     def address(self) -> Address:
-        """Where it listens."""
+        """The address at which it listens."""
         host, port = self._socket.getsockname()
         return host, port
 
     @property
     def at(self) -> str:
-        """Where it listens, as a client is told."""
+        """The place at which it listens, as a client is told."""
         return "udp://{}:{}".format(*self.address)
 
     def wish(self, switch: int) -> None:

@@ -26,7 +26,7 @@ _STATUS = (0, datagrams.IS_ON, datagrams.IS_TRIPPED)
 
 
 class Draws(Protocol):
-    """Where the noise of readings comes from."""
+    """The source of the noise of readings."""
 
     def standard_normal(self, size: tuple[int, int]) -> np.ndarray:
         """Numbers [rows, channels] of variance 1, which follow those drawn before."""
@@ -66,7 +66,7 @@ class ServedRig:
 
     @property
     def state(self) -> str:
-        """As the link has it: off, on or tripped."""
+        """The state, as the link has it: off, on or tripped."""
         return datagrams.STATES[self.condition]
 
     @property

@@ -36,13 +36,13 @@ class Trip:
         return f"the {self.by} tripped {self.t:.4g} s into the run{where}: {self.reason}"
 
     def table(self) -> dict[str, Any]:
-        """As metrics.json has it."""
+        """The trip, as metrics.json has it."""
         return asdict(self)
 
 
 def trip(rig: Rig, t: np.ndarray, signals: Mapping[str, np.ndarray], why: str | None, motion: str) -> Trip:
-    """Of signals [k] at t [k] s up to the trip in a motion: `why` the guard says, or None where the rig did, which says
-    nothing."""
+    """The trip of a motion with signals [k] at t [k] s up to it: `why` the guard says, or None where the rig did, which
+    says nothing."""
     over = max(1, round(_SPEED_OVER / rig.period.value))
     seen = dict(signals)
     if "velocity" not in seen and len(t) > over:

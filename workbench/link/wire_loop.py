@@ -74,7 +74,7 @@ class WireRun:
 
     @property
     def demanded(self) -> np.ndarray:
-        """Of the controller, before the guard [k]."""
+        """The commands of the controller, before the guard [k]."""
         return np.array([row[3] for row in self.rows])
 
 
@@ -207,7 +207,7 @@ class WireLoop:
             yield tick, self._by_name(values)
 
     def _by_name(self, values: Sequence[float]) -> Mapping[str, float]:
-        """Of a reading, the channels that the rig's file has too."""
+        """The channels of a reading that the rig's file has too."""
         return {name: x for name, x in zip(self._names, values, strict=True) if name in self._known}
 
     def _advance(self, command: float, run: WireRun) -> None:

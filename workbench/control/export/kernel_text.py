@@ -12,7 +12,7 @@ _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/"}
 
 
 def _word(name: Any) -> str:
-    """Of a node that is a name."""
+    """The word of a node that is a name."""
     return name.id
 
 

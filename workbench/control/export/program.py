@@ -144,7 +144,7 @@ class Program:
 
 
 def _scale(law: Law) -> float:
-    """Of the controlled signal over the deflection that a law on a load cell sees of it."""
+    """The scale of the controlled signal over the deflection that a law on a load cell sees of it."""
     inner: Law | None = law
     while inner is not None:
         if inner.shell is not None and type(inner.shell).__name__ == "LoadCellShell":

@@ -243,7 +243,7 @@ def _interpolated(table: PiecewiseLinear, x: np.ndarray) -> np.ndarray:
 
 
 def _linear_channels(law: StateSpace, measures: tuple[str, ...]) -> list[SectionChannel]:
-    """Of the linear part: from "error" where reference and controlled signal are one difference."""
+    """The channels of the linear part: from "error" where reference and controlled signal are one difference."""
     names = ["reference", *(name for name in measures if name in law.input_labels)]
     law = select(law, names, ["command"])
     b, d = law.B, law.D

@@ -37,8 +37,8 @@ class FractionalMargins:
 
 
 def nyquist_margins(system: "FractionalTransferFunction") -> FractionalMargins:
-    """Of L, by the argument principle: closed poles Z = P + a/2 - turn/pi, P those of L in the right half plane, a the
-    order of its pole at 0, and turn that of 1 + L along s = j w from 0 to infinity.
+    """Margins of L by the argument principle: closed poles Z = P + a/2 - turn/pi, P those of L in the right half plane,
+    a the order of its pole at 0, and turn that of 1 + L along s = j w from 0 to infinity.
 
     Raises InputError for a system with as many zeros as poles, or with a pole on the imaginary axis.
     """
@@ -62,7 +62,7 @@ def nyquist_margins(system: "FractionalTransferFunction") -> FractionalMargins:
 
 
 def _margins(system: "FractionalTransferFunction", x: np.ndarray, loop: np.ndarray) -> FractionalMargins:
-    """Of a stable loop [k] at ln w [k], with each crossing where the exact response has it."""
+    """Margins of a stable loop [k] at ln w [k], with each crossing where the exact response has it."""
 
     def at(log_w: float) -> complex:
         return complex(system(1j * np.exp(log_w)))
@@ -101,7 +101,7 @@ def _grid(system: "FractionalTransferFunction") -> np.ndarray:
 
 
 def _zeros(function: Callable[[float], float], x: np.ndarray, values: np.ndarray) -> list[float]:
-    """Where a function of values [k] at x [k] changes its sign."""
+    """The x at which a function of values [k] at x [k] changes its sign."""
     from scipy.optimize import brentq
 
     places = np.flatnonzero(np.signbit(values[1:]) != np.signbit(values[:-1]))

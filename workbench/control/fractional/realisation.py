@@ -35,7 +35,7 @@ class Realisation:
 
     @property
     def response(self) -> np.ndarray:
-        """Of the state space at f, complex [k]."""
+        """The response of the state space at f, complex [k]."""
         return np.asarray(self.system(2j * np.pi * self.f))
 
     @property

@@ -66,11 +66,11 @@ class FractionalTransferFunction:
         return np.exp(-self.delay * np.asarray(s)) * value if self.delay else value
 
     def delayed(self, seconds: float) -> "FractionalTransferFunction":
-        """The same, later by so much [s]; a negative number takes a delay away, at most the whole."""
+        """This function, later by so much [s]; a negative number takes a delay away, at most the whole."""
         return replace(self, delay=self.delay + seconds)
 
     def margins(self) -> "FractionalMargins":
-        """Of the loop that unit negative feedback closes around it, its delay exact; raises InputError as there."""
+        """Margins of the loop that unit negative feedback closes around it, its delay exact; raises as there."""
         from .margins import nyquist_margins
 
         return nyquist_margins(self)
@@ -87,7 +87,7 @@ class FractionalTransferFunction:
         return bode(str(self), [FrequencyCurve("exact", f, self.response(f))])
 
     def stability(self) -> Stability:
-        """Of its poles, by Matignon's theorem or the argument principle; true where it is stable."""
+        """The stability of its poles, by Matignon's theorem or the argument principle; true where it is stable."""
         return stability(self.denominator)
 
     def poles(self) -> np.ndarray:

@@ -81,8 +81,8 @@ class Allowed:
         return next(filter(None, map(self._trouble, self._runs(spec, whole, start, np.zeros(len(whole))))), None)
 
     def trouble_with(self, spec: ControllerSpec, wave: Excitation) -> str | None:
-        """The same of an excitation in a loop; nor may a chamber empty, where no model holds that the record is to be
-        fitted by."""
+        """What is wrong with an excitation in a loop; nor may a chamber empty, where no model holds that the record is
+        to be fitted by."""
         start, wave = float(wave.reference[0]), wave_with_end(wave)
         for seen in self._runs(spec, wave.reference - start, start - self.rig.middle, wave.command):
             if why := self._trouble(seen):
@@ -98,7 +98,7 @@ class Allowed:
         return replace(self, p=self.p[kept], drawn=self.drawn[kept])
 
     def expected(self, spec: ControllerSpec, scenario: Scenario) -> Expected:
-        """Where 95 % of the drawn plants settle, and overshoot, in a step."""
+        """The time in which 95 % of the drawn plants settle in a step, and their overshoot."""
         lanes = self.at(scenario.position(self.rig.limit("stroke"))).some(np.flatnonzero(self.drawn).tolist())
         if not scenario.is_step or not lanes.names:
             return Expected(None, None)

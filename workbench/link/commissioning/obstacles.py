@@ -72,8 +72,8 @@ def obstacles(
     records: Iterable[Record],
     dither: SineShell | None,
 ) -> list[Obstacle]:
-    """Of the goal's step as every way played it, of what a trace said (`verdict`; empty: none came to its end), of the
-    records, and of the dither that was needed."""
+    """Obstacles of a goal's step as every way played it, of what a trace said (`verdict`; empty: none ended),
+    of the records, and of the dither that was needed."""
     steps = [each for each in judged if is_of(each.scenario.name, goal)]
     return [
         *_stays_open(dither),

@@ -93,7 +93,7 @@ class Relay:
         self._inner.update(realised)
 
     def linear(self) -> StateSpace:
-        """Of the inner loop."""
+        """The linear view of the inner loop."""
         return as_state_space(self._inner.linear())
 
     @property
@@ -252,7 +252,7 @@ def check_sides(rig: Rig, record: Record) -> float:
 
 
 def _no_turns(record: Record, pushes: int) -> Exception:
-    """Of a relay that did not turn: the jack stands, or it goes away from where it should go."""
+    """The reason of a relay that did not turn: the jack stands, or it goes away from where it should go."""
     way = float(record.signals["position"][-1] - record.signals["position"][0])
     if way < -MOVE / 2:
         return InputError(_reversed(pushes))

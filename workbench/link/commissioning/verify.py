@@ -173,7 +173,7 @@ def table_row(each: Judged, expected: Expected, stiffness: float | None) -> dict
 
 
 def responses(judged: Sequence[Judged], way: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of a way's sines: frequencies [k] in Hz, and position over reference, complex [k], predicted and measured."""
+    """Responses of a way: frequencies [k] in Hz, and position over reference, [k] complex, predicted, measured."""
     sines = [each for each in judged if each.controller == way and each.scenario.frequency is not None]
     sines.sort(key=lambda each: each.scenario.frequency or 0.0)
     f = np.array([each.scenario.frequency for each in sines], float)
