@@ -23,8 +23,10 @@ durations: .venv/dev
 
 fuzz: .venv/dev
 	$(BIN)/python tests/fuzz.py
+	FUZZ_EXAMPLES=1000 $(BIN)/pytest -n 2 --dist worksteal -m hypothesis
 	FUZZ_PAGES=10000 $(BIN)/pytest -n 0 tests/test_page_of_traces.py
-	FUZZ_PAGES=500 $(BIN)/pytest -n 2 tests/test_made_pages.py tests/test_made_trace_pages.py
+	FUZZ_PAGES=500 $(BIN)/pytest -n 2 tests/test_made_pages.py tests/test_made_trace_pages.py tests/test_learned_pages.py
+	FUZZ_DELAYS=60 $(BIN)/pytest -n 0 tests/test_one_forward_model.py -k intervals
 	FUZZ_LEGS=1 $(BIN)/pytest -n 2 tests/test_platform_records.py -k effects_and_delays
 	FUZZ_LIVE=10000 $(BIN)/pytest -n 0 tests/test_live.py -k whatever_is_moved
 	FUZZ_LINK=100000 $(BIN)/pytest -n 0 tests/test_link.py -k strange_datagrams

@@ -1,6 +1,7 @@
 """What many tests share: the 10 t rig, its plants and engines, its operating points. Built once a session."""
 
 import os
+import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it: before numpy is loaded
 os.environ["JACKBENCH_TRUSTED"] = "*"  # what tests write may run; test_trust.py takes it back
@@ -22,7 +23,12 @@ from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
-settings.register_profile("jackbench", deadline=None)  # a busy machine is no failure
+# every interpreter that tests start would compile the package anew
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+EXAMPLES = int(os.environ.get("FUZZ_EXAMPLES", "30"))  # of each property
+settings.register_profile("jackbench", deadline=None, max_examples=EXAMPLES)  # a busy machine is no failure
 settings.load_profile("jackbench")
 
 drawing.fault_words = raised

@@ -64,7 +64,6 @@ def written(moments, kind):
     return [f"{ns // unit}.{ns % unit * 10**12 // unit:012d}" for ns in exact]
 
 
-@settings(max_examples=100, deadline=None)
 @given(MOMENTS, PERIODS, st.sampled_from([*TEXTS, *COUNTS]), st.booleans())
 def test_any_stamps_give_the_times_that_were_written(tmp_path_factory, start, period, kind, near_midnight):
     if near_midnight:

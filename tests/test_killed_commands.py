@@ -1,5 +1,5 @@
-"""Commands that are killed, with a stage on disk, and one before its folder is renamed and right after too: the same
-words go on, and the numbers are those of a run that nobody stopped."""
+"""Commands that stop with a stage on disk, and one that is killed there, before its folder is renamed and right after:
+the same words go on, and the numbers are those of a run that nobody stopped."""
 
 import json
 import signal
@@ -12,6 +12,7 @@ from made_campaigns import rubbing_campaign, written
 from made_experiments import P_DP
 
 from workbench.cli import main
+from workbench.commands.common import run_folder
 
 ROOT = Path(__file__).parents[1]
 TIMES = ("timing", "speed")  # of metrics.json: what a computer took
@@ -89,11 +90,32 @@ def numbers(out: Path) -> str:
     return json.dumps({key: value for key, value in metrics.items() if key not in TIMES}, indent=2)
 
 
+class Stopped(Exception):
+    """Out of the middle of a command."""
+
+
+def stopped(words: list[str], monkeypatch) -> None:
+    """The command in this process until it has stored a stage."""
+
+    def store_and_stop(path, result):
+        store(path, result)
+        raise Stopped
+
+    store = run_folder.store_stage
+    with monkeypatch.context() as patch:
+        patch.setattr(run_folder, "store_stage", store_and_stop)
+        with pytest.raises(Stopped):
+            main(words)
+
+
 @pytest.mark.parametrize("command", ["run", "residual", "fit", "bench"])
-def test_a_killed_command_goes_on_to_the_same_numbers(command, tmp_path, capsys):
+def test_a_stopped_command_goes_on_to_the_same_numbers(command, tmp_path, monkeypatch, capsys):
     words, out, partial = words_of(command, tmp_path), tmp_path / "out", tmp_path / "out.partial"
     resumed = [*words, "--out", str(out)]
-    killed("a stage is stored", resumed)
+    if command == "run":
+        killed("a stage is stored", resumed)
+    else:
+        stopped(resumed, monkeypatch)
     assert len(stages(partial)) == 1
     if command == "run":  # the rest of the way is that of every command
         killed_as_the_folder_is_published(resumed, out, partial)

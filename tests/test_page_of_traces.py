@@ -112,7 +112,7 @@ def test_the_page_of_what_was_found_is_drawn():
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # numbers beyond all: what is drawn of them is asked here
 @settings(
     print_blob=False,
-    max_examples=int(os.environ.get("FUZZ_PAGES", "40")),
+    max_examples=int(os.environ.get("FUZZ_PAGES", "12")),
     phases=PHASES,
     suppress_health_check=list(HealthCheck),
 )

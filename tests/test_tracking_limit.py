@@ -40,7 +40,7 @@ def rig():
     return load_rig("jack-10t")
 
 
-SINE = replace(SCENARIOS["position-sine-5hz"], duration=0.1)
+SINE = replace(SCENARIOS["position-sine-5hz"], duration=0.06)
 
 
 def test_a_sine_within_what_the_jack_can_do_costs_its_start_alone(rig):
@@ -62,7 +62,7 @@ def test_no_loop_follows_nearer(rig):
 
 
 def test_more_force_than_the_jack_has_leaves_an_error_at_the_vapour_s_pressure(rig):
-    limit = tracking_limit(rig, Scenario("much", "position", 10e-3, 0.04, frequency=20.0))
+    limit = tracking_limit(rig, Scenario("much", "position", 10e-3, 0.02, frequency=20.0))
     assert limit.error > 1e-3
     assert 0 < limit.lowest_pressure < 3e5
 

@@ -31,12 +31,14 @@ def test_its_reference_is_slewed_and_computing_again_changes_nothing():
 def test_its_configs_run(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     short = (TUTORIAL / "tune_mine.toml").read_text().replace("designs = 24", "designs = 2")
+    short = short.replace('"nominal", "mass-50", "mass+50"', '"nominal", "mass+50"').replace("points = 8", "points = 3")
     (tmp_path / "tune_mine.toml").write_text(short)
     shutil.copy(TUTORIAL / "slewed_p.py", tmp_path)
     assert main(["tune", str(tmp_path / "tune_mine.toml"), "--out", str(tmp_path / "tuned"), "--jobs", "1"]) == 0
     text = (TUTORIAL / "bench_mine.toml").read_text()
     text = text.replace("../../out/tune_mine", str(tmp_path / "tuned")).replace("..", str(ROOT / "experiments"))
     text = text.replace('"nominal", "mass-50", "mass+50"', '"nominal"').replace("points = 8", "points = 3")
+    text = text.replace('"position-10mm", "position-100mm"', '"position-10mm"')
     (tmp_path / "bench_mine.toml").write_text(text.replace("[1, 10]", "[1]").replace("low_hz = 0.5", "low_hz = 5"))
     assert main(["bench", str(tmp_path / "bench_mine.toml"), "--out", str(tmp_path / "bench"), "--jobs", "1"]) == 0
     rows = json.loads((tmp_path / "bench" / "metrics.json").read_text())["rows"]

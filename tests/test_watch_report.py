@@ -64,7 +64,8 @@ def _number(campaign) -> int:
     return int(campaign.path.name[-2:]) - 1
 
 
-def test_an_alarm_is_told_named_dated_and_shown_and_cron_hears_of_it(months, tmp_path, capsys):
+def test_an_alarm_is_told_named_dated_and_shown_and_cron_hears_of_it(months, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("workbench.commands.watch.retuning.DESIGNS", 4)
     out = tmp_path / "out"
     with pytest.raises(SystemExit) as ended:
         main(["watch", str(months), "--out", str(out), "--controller", "p-dp", "--exit-code"])

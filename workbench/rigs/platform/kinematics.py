@@ -102,7 +102,7 @@ def forward(geometry: Geometry, lengths: np.ndarray, start: np.ndarray | None = 
         if np.abs(short).max() <= _CLOSED * np.max(lengths):
             return pose
         slopes = leg_speeds(geometry, pose) @ np.linalg.inv(pose_rates(pose))
-        if not np.all(np.isfinite(slopes)) or np.max(np.linalg.cond(slopes)) > 1e12:
+        if not np.all(np.isfinite(slopes)) or np.max(np.linalg.cond(slopes, 1)) > 1e12:
             break
         pose = pose + np.linalg.solve(slopes, short[..., None])[..., 0]
     raise InputError("no pose with these leg lengths near the one that the search starts at; start nearer")
