@@ -12,7 +12,7 @@ from ...loop.performance.reached import Followed, Reached
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Findings:
     """What a page shows besides lines: the envelope, what the loop (or `why` none) follows of it, what the engine
     reached, measured sines (f [Hz], amplitude [m]) by record, what the drive file takes and what does it."""
 

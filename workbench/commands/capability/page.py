@@ -13,7 +13,7 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.table import Cell
 from ..common.sheet_page import sheet_page
 from .config import CapabilityAsked, DriveAsked
-from .found import Found
+from .found import Findings
 from .pictures import LENGTH, followed_curves, force_picture, motions, reached_curves, speeds, tripartite
 
 _HOW = (
@@ -32,7 +32,7 @@ _THERMAL = (
 _PER_MINUTE, _LITRES = 60000.0, 1e3
 
 
-def capability_page(asked: CapabilityAsked, found: Found, rows: Sequence[Row]) -> tuple[Page, Figure]:
+def capability_page(asked: CapabilityAsked, found: Findings, rows: Sequence[Row]) -> tuple[Page, Figure]:
     """The page and its telling figure, the envelope."""
     picture = _picture(asked, found)
     sections = [
@@ -57,7 +57,7 @@ def spans_table(whole: Envelope) -> Table:
     return Table("What binds", ["bound", "from [Hz]", "to [Hz]", "meaning"], rows)
 
 
-def _picture(asked: CapabilityAsked, found: Found) -> Figure:
+def _picture(asked: CapabilityAsked, found: Findings) -> Figure:
     more: list[Curve] = []
     if found.followed is not None and found.loop is not None:
         name, own = found.loop.name, found.followed
@@ -98,7 +98,7 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _drive(drive: DriveAsked, found: Found) -> list[Figure | Table | str]:
+def _drive(drive: DriveAsked, found: Findings) -> list[Figure | Table | str]:
     need = found.demands
     assert need is not None
     panels = [
@@ -132,7 +132,7 @@ def _choices(title: str, choices: Sequence[Choice]) -> Table:
     return Table(title, head, rows, note)
 
 
-def _choices_in_words(found: Found) -> str:
+def _choices_in_words(found: Findings) -> str:
     words = ""
     for what, choices in (("valve", found.valves), ("pump", found.pumps)):
         if choices:

@@ -22,7 +22,7 @@ from ..common.design_numbers import Subject
 from ..common.outcome import Outcome, Progress, Stage
 from .config import CapabilityAsked
 from .figures import jack_figures, rows_with_bounds
-from .found import Found
+from .found import Findings
 from .page import capability_page
 from .tuned import seeing, self_tuned
 
@@ -55,7 +55,7 @@ def _limits(asked: CapabilityAsked) -> dict[str, AcceptanceLimit]:
     return own | dict(asked.limits)
 
 
-def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndarray], progress: Progress) -> Found:
+def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndarray], progress: Progress) -> Findings:
     rig = asked.rig
     highest_f = min(100.0, 0.1 / rig.period.value)
     f = sampled_frequencies(LOWEST, highest_f, POINTS, rig.period.value)
@@ -74,7 +74,7 @@ def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndar
     if own is not None:
         need = demands(rig, own.position, own.band)
     catalogue = own.catalogue if own else None
-    return Found(
+    return Findings(
         whole, loop, why, lines, _reached(setup, whole), measured, need,
         valve_choices(need, catalogue.valves) if need and catalogue else (),
         pump_choices(need, catalogue.pumps, own.sag) if need and own and catalogue else (),
@@ -123,7 +123,7 @@ def _measured(asked: CapabilityAsked) -> dict[str, np.ndarray]:
     return points
 
 
-def _followed_rows(found: Found) -> list[Row]:
+def _followed_rows(found: Findings) -> list[Row]:
     kinds = {**FOLLOWED, "control": "that is so under amplitude and phase control"}
     rows = []
     for kind, what in kinds.items():
@@ -143,7 +143,7 @@ def followed_row(id: str, meaning: str, found: Followed | None, kind: str, lowes
     return Row(id, meaning, "Hz", *edge)
 
 
-def _told(found: Found) -> dict[str, Any]:
+def _told(found: Findings) -> dict[str, Any]:
     return {
         "envelope": [{"bound": name, "from_hz": low, "to_hz": high} for name, low, high in found.envelope.spans()],
         "reached": [told(each) for each in found.reached],
@@ -158,7 +158,7 @@ def told(point: Reached) -> dict[str, Any]:
     return {**{key: getattr(point, key) for key in ("f", "amplitude", "bound", "off")}, "there": point.there}
 
 
-def _shares(found: Found) -> list[dict[str, Any]]:
+def _shares(found: Findings) -> list[dict[str, Any]]:
     """Measured sines [SI] and the share of the envelope that they take."""
     own = found.envelope
     rows = []
@@ -178,7 +178,7 @@ def _choice(choice: Choice) -> dict[str, Any]:
     }
 
 
-def _tables(found: Found) -> dict[str, dict[str, Any]]:
+def _tables(found: Findings) -> dict[str, dict[str, Any]]:
     whole = found.envelope
     tables = {"envelope": {"f_hz": whole.f, "amplitude": whole.amplitude, "binding": np.array(whole.binding)}}
     tables["envelope"] |= {name.replace(" ", "_"): each for name, each in whole.bounds.items()}

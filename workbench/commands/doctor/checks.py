@@ -31,7 +31,7 @@ _IR = "define double @sum(double %a, double %b) {\n %c = fadd double %a, %b\n re
 
 
 @dataclass(frozen=True)
-class Check:
+class SelfTest:
     """A part of the installation; `advice` says how to get it where it does not work."""
 
     what: str
@@ -40,36 +40,36 @@ class Check:
     advice: str = ""
 
 
-def checks() -> list[Check]:
+def checks() -> list[SelfTest]:
     """Every part, what is needed before what is optional."""
     return [_python(), *_libraries(), _machine_code(), _cores(), *_folders(), _c_compiler(), *_groups(), _desktop()]
 
 
-def _python() -> Check:
+def _python() -> SelfTest:
     found = (
         f"{platform.python_version()}, {platform.system()} {platform.machine()}, jackbench {_installed('jackbench')}"
     )
-    return Check("Python", True, found)
+    return SelfTest("Python", True, found)
 
 
-def _libraries() -> Iterator[Check]:
+def _libraries() -> Iterator[SelfTest]:
     """The distributions that jackbench does not do without."""
     names = [name for name, group in _requirements() if not group]
     missing = [name for name in names if not _installed(name)]
     if missing:
         advice = f"pip install {' '.join(missing)}"
-        yield Check("libraries", False, f"without {', '.join(missing)}", advice)
+        yield SelfTest("libraries", False, f"without {', '.join(missing)}", advice)
     elif names:
-        yield Check("libraries", True, ", ".join(f"{name} {_installed(name)}" for name in names))
+        yield SelfTest("libraries", True, ", ".join(f"{name} {_installed(name)}" for name in names))
 
 
-def _groups() -> Iterator[Check]:
+def _groups() -> Iterator[SelfTest]:
     """The optional groups; one works when all of its distributions are there."""
     for group, purpose in GROUPS.items():
         names = [name for name, of in _requirements() if of == group]
         there = bool(names) and all(_installed(name) for name in names)
         found = ", ".join(f"{name} {_installed(name)}" for name in names) if there else purpose
-        yield Check(group, there, found, f"pip install 'jackbench[{group}]' ({purpose})")
+        yield SelfTest(group, there, found, f"pip install 'jackbench[{group}]' ({purpose})")
 
 
 def _requirements() -> list[tuple[str, str]]:
@@ -86,7 +86,7 @@ def _requirements() -> list[tuple[str, str]]:
     return pairs
 
 
-def _machine_code() -> Check:
+def _machine_code() -> SelfTest:
     """Compiles, links and calls a sum; a system that forbids code made at run time fails here."""
     advice = "pip install llvmlite; without it plants run through an interpreter, many times slower"
     try:
@@ -94,36 +94,36 @@ def _machine_code() -> Check:
 
         library = load(["doctor"], lambda: _IR, ["sum"])
         works = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double)(library["sum"])(1.0, 2.0) == 3.0
-        return Check("machine code", works, f"{platform.machine()}, blocks of {vector_width()} plants", advice)
+        return SelfTest("machine code", works, f"{platform.machine()}, blocks of {vector_width()} plants", advice)
     except (ImportError, OSError, RuntimeError) as error:
-        return Check("machine code", False, str(error).partition("\n")[0], advice)
+        return SelfTest("machine code", False, str(error).partition("\n")[0], advice)
 
 
-def _cores() -> Check:
-    return Check("cores", True, f"{cores()} of {os.cpu_count()}; --jobs N takes fewer")
+def _cores() -> SelfTest:
+    return SelfTest("cores", True, f"{cores()} of {os.cpu_count()}; --jobs N takes fewer")
 
 
-def _folders() -> Iterator[Check]:
+def _folders() -> Iterator[SelfTest]:
     """Checks of the folders of compiled plants and of trusted code."""
     folder = cache_folder()
     place = next(path for path in (folder, *folder.parents) if path.exists())
     size = sum(path.stat().st_size for path in folder.glob("*") if path.is_file()) / 1e6
     advice = f"let {place} be written to, or set XDG_CACHE_HOME; without it every start compiles its plants anew"
-    yield Check("cache", os.access(place, os.W_OK), f"{folder}, {size:.0f} MB; may be deleted", advice)
-    yield Check("trusted code", True, f"listed in {config_folder() / 'trusted'}")
+    yield SelfTest("cache", os.access(place, os.W_OK), f"{folder}, {size:.0f} MB; may be deleted", advice)
+    yield SelfTest("trusted code", True, f"listed in {config_folder() / 'trusted'}")
 
 
-def _c_compiler() -> Check:
+def _c_compiler() -> SelfTest:
     try:
-        return Check("C compiler", True, compiler())
+        return SelfTest("C compiler", True, compiler())
     except InputError:
-        return Check("C compiler", False, "for FMUs and for the programs of `coefficients`", "install gcc or clang")
+        return SelfTest("C compiler", False, "for FMUs and for the programs of `coefficients`", "install gcc or clang")
 
 
-def _desktop() -> Check:
+def _desktop() -> SelfTest:
     terminal = shutil.get_terminal_size().columns
     found = f"a terminal of {terminal} columns, {sys.stdout.encoding}"
-    return Check("desktop", has_desktop(), found, "reports are files; open them in a browser of another machine")
+    return SelfTest("desktop", has_desktop(), found, "reports are files; open them in a browser of another machine")
 
 
 def _installed(name: str) -> str:

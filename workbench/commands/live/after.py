@@ -13,7 +13,7 @@ from ...loop.envelope import HUNTING
 from ...loop.plant_lanes import PlantLanes
 from ...loop.step_metrics import hunting_lanes
 from ..common.experiment import BodeConfig
-from .view import Task, band_of, machine_code, step_part
+from .view import LiveTask, band_of, machine_code, step_part
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class AfterPart:
 
 
 def after_part(
-    lanes: PlantLanes, spec: ControllerSpec, task: Task, sweep: BodeConfig, amplitude: float, stable: np.ndarray
+    lanes: PlantLanes, spec: ControllerSpec, task: LiveTask, sweep: BodeConfig, amplitude: float, stable: np.ndarray
 ) -> AfterPart:
     """Sines and hunting; neither of a linear loop that is not `stable` [lanes], nor hunting of a law in Python."""
     sines = _sines(lanes, spec, sweep, amplitude) if stable[0] else None

@@ -10,7 +10,7 @@ from ...base.signals import Signal
 from ...base.units import from_si
 from ...loop.plant_lanes import PlantLanes
 from .after import AfterPart
-from .view import LinearPart, StepPart, Task, band_of, missed_goals, missed_words, within_words
+from .view import LinearPart, LiveTask, StepPart, band_of, missed_goals, missed_words, within_words
 
 _LOWEST = 0.1  # Hz, of what is shown
 _PIXEL = 2e-3  # of an axis: what a point may be off the line between its neighbours and be left out
@@ -21,7 +21,7 @@ _DEEPEST, _TOP = -60.0, 60.0  # dB: where the axis of the closed loop ends
 Range = tuple[float, float]
 
 
-def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | None, task: Task) -> dict[str, Any]:
+def view_answer(lanes: PlantLanes, linear: LinearPart | None, steps: StepPart | None, task: LiveTask) -> dict[str, Any]:
     """Rows of numbers, one a rig, with what is out of the goals, and the curves."""
     rows: list[dict[str, Any]] = [{"rig": name} for name in lanes.names]
     for lane, row in enumerate(rows):
@@ -125,7 +125,7 @@ def drawn_rows(curves: np.ndarray, pixel: float) -> np.ndarray:
             pixel = 2 * pixel
 
 
-def _courses(steps: StepPart, lanes: PlantLanes, task: Task) -> dict[str, Any]:
+def _courses(steps: StepPart, lanes: PlantLanes, task: LiveTask) -> dict[str, Any]:
     signal = task.signal
     reference, y, band = (
         np.asarray(from_si(value, signal.unit, signal.si)) for value in (steps.reference, steps.y, band_of(lanes, task))

@@ -16,7 +16,7 @@ from ..common.step_experiment import load_steps
 from .config import LiveConfig
 from .plants import RigPoint
 from .sliders import Slider
-from .view import Task
+from .view import LiveTask
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _LIKE_SOURCE = ("specimen", "ideal", "seed")
@@ -24,7 +24,7 @@ Numbers = Sequence[tuple[Slider, float]]
 
 
 def save_experiment(
-    config: LiveConfig, name: str, moved: Mapping[str, Numbers], point: RigPoint, task: Task
+    config: LiveConfig, name: str, moved: Mapping[str, Numbers], point: RigPoint, task: LiveTask
 ) -> list[Path]:
     """Write NAME.toml, and NAME-rig.toml where the rig is no bundled one or has other numbers; what was written.
 
@@ -61,7 +61,7 @@ def _write(files: Mapping[Path, str]) -> None:
 
 
 def saved_table(
-    config: LiveConfig, moved: Mapping[str, Numbers], point: RigPoint, task: Task, rig: str
+    config: LiveConfig, moved: Mapping[str, Numbers], point: RigPoint, task: LiveTask, rig: str
 ) -> dict[str, Any]:
     """The step experiment on a named rig, its controllers with the numbers that were moved."""
     source, steps = config.source, config.steps
@@ -93,7 +93,9 @@ def saved_table(
     }
 
 
-def _elsewhere(task: Task, position: float, own: Mapping[str, Any] | None, stroke: float) -> tuple[str, dict[str, Any]]:
+def _elsewhere(
+    task: LiveTask, position: float, own: Mapping[str, Any] | None, stroke: float
+) -> tuple[str, dict[str, Any]]:
     """A scenario at another position [m], as a table of its own."""
     scenario = task.scenario
     shown = float(f"{1e3 * position:.6g}")

@@ -25,7 +25,7 @@ from .limit import LimitOf, limit_of
 from .plants import RigPoint, moved_lanes, set_lanes
 from .saved import save_experiment
 from .sliders import Slider, design_sliders, rig_sliders
-from .view import Task, linear_part, machine_code, step_part
+from .view import LiveTask, linear_part, machine_code, step_part
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Request:
     """What the page shows: a controller with the numbers that were moved, a scenario, and a rig with other numbers."""
 
     controller: ControllerSpec
-    task: Task
+    task: LiveTask
     point: RigPoint
 
 
@@ -127,9 +127,9 @@ class Session:
             spec = with_number(spec, slider.path, value, slider.unit)
         return Request(spec, self._task(self._scenarios[scenario]), self._point(_table(asked, "rig")))
 
-    def _task(self, scenario: Scenario) -> Task:
+    def _task(self, scenario: Scenario) -> LiveTask:
         steps = self.config.steps
-        return Task(scenario, steps.signal, steps.conditions.noise, self.config.limits)
+        return LiveTask(scenario, steps.signal, steps.conditions.noise, self.config.limits)
 
     def _moved_numbers(self, name: str, values: Any) -> list[tuple[Slider, float]]:
         """Sliders of a controller with what they are moved to, in their units."""

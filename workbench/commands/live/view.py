@@ -27,7 +27,7 @@ WATCHED = 1.0  # s: of a scenario, after all there is to it has come
 
 
 @dataclass(frozen=True)
-class Task:
+class LiveTask:
     """A scenario of the controlled signal, with the sensors' noise of a seed or without; what the goals ask for."""
 
     scenario: Scenario
@@ -102,7 +102,7 @@ def _worse(stable: np.ndarray, null: LaneMargins, moving: LaneMargins, name: str
     return np.where(stable, pick(getattr(null, name), getattr(moving, name)), np.nan)
 
 
-def step_part(lanes: PlantLanes, controller: Controller, task: Task) -> StepPart:
+def step_part(lanes: PlantLanes, controller: Controller, task: LiveTask) -> StepPart:
     """Every rig of the set in the scenario, as `jackbench run` plays it."""
     scenario, rig, period = task.scenario, lanes.rig, lanes.rig.period.value
     t = task.times(period)
@@ -120,7 +120,7 @@ Played = tuple[np.ndarray, np.ndarray, list[str | None]]  # deviations and comma
 Inputs = Mapping[str, np.ndarray]
 
 
-def _in_lanes(lanes: PlantLanes, controller: Controller, task: Task, asked: np.ndarray, inputs: Inputs) -> Played:
+def _in_lanes(lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs) -> Played:
     name, null = task.scenario.signal, lanes.null
     played = play_lanes(lanes.engine, lanes.rig, controller, null, lanes.p, asked, (name,), task.seed, inputs)
     ((_, runs),) = played
@@ -132,7 +132,7 @@ def _in_lanes(lanes: PlantLanes, controller: Controller, task: Task, asked: np.n
     return runs.signals[name] - start[:, [lanes.engine.plant.output(name)]], runs.sent, reasons
 
 
-def _one_by_one(lanes: PlantLanes, controller: Controller, task: Task, asked: np.ndarray, inputs: Inputs) -> Played:
+def _one_by_one(lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs) -> Played:
     """What a controller plays that computes one loop in Python."""
     name, runs = task.scenario.signal, []
     y, sent = np.full((2, len(lanes.p), len(asked)), np.nan)
@@ -149,12 +149,14 @@ def _one_by_one(lanes: PlantLanes, controller: Controller, task: Task, asked: np
     return y, sent, runs
 
 
-def band_of(lanes: PlantLanes, task: Task) -> float:
+def band_of(lanes: PlantLanes, task: LiveTask) -> float:
     """In which the controlled signal has settled, SI."""
     return settling_band(lanes.rig, task.scenario.signal, task.scenario.size)
 
 
-def _numbers(task: Task, t: np.ndarray, y: np.ndarray, band: float) -> tuple[float | None, float | None, float | None]:
+def _numbers(
+    task: LiveTask, t: np.ndarray, y: np.ndarray, band: float
+) -> tuple[float | None, float | None, float | None]:
     """Settling [s], overshoot [%] and peak deviation of a load [SI], of y [k] from the start."""
     scenario, target = task.scenario, task.scenario.size
     if scenario.arrives is None or not np.all(np.isfinite(y)):
@@ -166,7 +168,7 @@ def _numbers(task: Task, t: np.ndarray, y: np.ndarray, band: float) -> tuple[flo
     return settling, overshoot, peak
 
 
-def machine_code(lanes: PlantLanes, controller: Controller, task: Task) -> LawShape | None:
+def machine_code(lanes: PlantLanes, controller: Controller, task: LiveTask) -> LawShape | None:
     """What decides the machine code of a controller's loop; None for one that computes in Python."""
     law = graph_law(controller)
     if law is None or lanes.engine.back_end != "compiled":
