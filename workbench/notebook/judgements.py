@@ -41,9 +41,9 @@ def robustness(
     within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "1 s",
-    stroke: float = STROKE,
     seed: int = 1,
     jobs: int = 1,
+    stroke: float = STROKE,
     **keys: Any,
 ) -> Outcome:
     """Loops of one signal on drawn plants over the whole stroke: a step with noise and computing delay, and margins.
@@ -81,8 +81,8 @@ def faults(
     within: Factors | None = None,
     step: Quantity | None = None,
     seconds: Quantity = "0.7 s",
-    stroke: float = STROKE,
     seed: int = 1,
+    stroke: float = STROKE,
     **keys: Any,
 ) -> Outcome:
     """Loops of one signal through every fault of sensors, controller, drive and plant, and on plants without a fault.
@@ -120,8 +120,8 @@ def sines(
     rigs: Sequence[str] = ("nominal",),
     plants: int = 0,
     within: Factors | None = None,
-    stroke: float = STROKE,
     seed: int = 1,
+    stroke: float = STROKE,
     **keys: Any,
 ) -> Outcome:
     """Position loops on sines: alone, with amplitude and phase control, and with odd harmonics taken out.
@@ -169,10 +169,10 @@ def inverse(
     length: Quantity = "300 ms",
     band: Quantity = "5 Hz",
     fade: Quantity = "1 s",
+    seed: int = 1,
     plants: int | None = None,
     within: Factors | None = None,
     stroke: float = STROKE,
-    seed: int = 1,
     **keys: Any,
 ) -> Outcome:
     """An inverse of each loop, designed on `rigs`, and a record played with and without it.
