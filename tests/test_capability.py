@@ -9,7 +9,7 @@ import pytest
 from made_loops import run_loop
 
 from workbench.cli import main
-from workbench.commands.capability.platform_played import leg_loops
+from workbench.commands.capability.platform import leg_loops
 from workbench.commands.common.sheet_page import undated
 from workbench.control.controller_type import controller
 from workbench.control.platform_controller import PlatformSpec

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from controllers import P
-from workbench.commands.learn.options import load_any
-from workbench.commands.learn.platform_config import PlatformLearnConfig
+from workbench.commands.learn.options import PlatformLearnConfig, load_any
 from workbench.commands.run.options import load_config
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.control.law import LawController, static_law

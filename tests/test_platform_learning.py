@@ -8,9 +8,8 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.learn.options import load_any
+from workbench.commands.learn.options import PlatformLearnConfig, load_any
 from workbench.commands.learn.platform import run_platform_learning
-from workbench.commands.learn.platform_config import PlatformLearnConfig
 from workbench.commands.run.options import load_config
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.loop.learning import BOUND, Iteration, from_spectrum, record_frequencies, rms, spectrum

@@ -8,7 +8,7 @@ import pytest
 from workbench.cli import main
 from workbench.commands.common.experiment_file import read_experiment
 from workbench.commands.common.shipped import experiment
-from workbench.commands.retune.platform_config import followed
+from workbench.commands.retune.platform import followed
 from workbench.rigs.platform import load_platform
 from workbench.rigs.platform.platform_file import platform_text
 

@@ -9,7 +9,7 @@ from workbench.base.checkpoint import no_checkpoint
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.shipped import experiment
-from workbench.commands.robustness.platform_config import PlatformRobustness
+from workbench.commands.robustness.options import PlatformRobustness
 from workbench.commands.robustness.platform_study import run_platform_robustness
 from workbench.loop.platform.loop import run_platform
 from workbench.loop.platform.robustness import drawn_platform, linear_columns, step_columns

@@ -11,10 +11,8 @@ from workbench.commands.common.declared import Experiment, keys_of, meanings
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.faults.options import FaultsConfig
 from workbench.commands.inverse.options import InverseConfig
-from workbench.commands.learn.options import LearnConfig
-from workbench.commands.learn.platform_config import PlatformLearnConfig
-from workbench.commands.robustness.options import RobustnessConfig
-from workbench.commands.robustness.platform_config import PlatformRobustness
+from workbench.commands.learn.options import LearnConfig, PlatformLearnConfig
+from workbench.commands.robustness.options import PlatformRobustness, RobustnessConfig
 from workbench.commands.run.options import CorrectorConfig, PaperConfig
 from workbench.commands.run.platform_config import PlatformConfig
 from workbench.commands.sines.options import SinesConfig

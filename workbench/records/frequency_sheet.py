@@ -148,6 +148,13 @@ class Columns:
         except InputError as error:
             raise InputError(f'{self.path}: column "{self.cells[name][0]}": {error}') from None
 
+    def times(self) -> np.ndarray:
+        """The column t [n] in s, which has to rise. Raises InputError."""
+        t = self.values("t", "s")
+        if len(t) < 2 or not np.all(np.diff(t) > 0):
+            raise InputError(f"{self.path}: t must rise from row to row, over two rows or more; mend it")
+        return t
+
     def where(self, index: int, name: str) -> str:
         """ "file: row N, column ..." for a message."""
         return f'{self.path}: row {self.table.rows[index]}, column "{self.cells[name][0]}"'

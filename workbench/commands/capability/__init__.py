@@ -5,6 +5,6 @@ catalogue    valves and pumps of a catalogue
 figures      the figures of a rig, and how far its bounds move them
 found        what its page shows besides lines
 tuned        the loop that is played: of an experiment, or one that tunes itself
-platform, platform_played    the envelopes of a platform's axes; sines and a loop that are played along them
+platform     the envelopes of a platform's axes; sines and a loop that are played along them
 pictures     envelopes as people hang them on the wall
 """

@@ -1,6 +1,6 @@
 """The sheet of what a jack can do: its envelope with what binds, what a loop follows, and what a drive file takes."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -82,26 +82,23 @@ def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndar
 
 
 def _reached(setup: LoopSetup, whole: Envelope) -> list[Reached]:
-    """In the middle of each span of frequencies with a bound that is no declared limit: inside, and outside."""
     rig = seeing(setup.rig)
     setup = setup if rig is setup.rig else loop_setup(rig)
     slow = drive(rig).loop
-    return [
-        reached(setup, slow, f, share * most, bound)
-        for bound, f, most in checked_spans(whole)
-        for share in (INSIDE, OUTSIDE)
-    ]
+    return checked_points(whole, partial(reached, setup, slow))
 
 
-def checked_spans(whole: Envelope) -> list[tuple[str, float, float]]:
-    """Bounds of spans that the engine can be asked of, the frequency [Hz] in the middle of each, the envelope there."""
-    spans = []
+def checked_points(whole: Envelope, ask: Callable[[float, float, str], Reached]) -> list[Reached]:
+    """What the engine says of a sine of a frequency [Hz] and an amplitude, for a bound: in the middle of each span with
+    a bound that it can be asked of, inside and outside the envelope."""
+    points = []
     for bound, low, high in whole.spans():
         low, high = max(low, CHECKED[0]), min(high, CHECKED[1])
         if bound in PLAYED and low < high:
             f = float(np.sqrt(low * high))
-            spans.append((bound, f, float(np.exp(np.interp(np.log(f), np.log(whole.f), np.log(whole.amplitude))))))
-    return spans
+            most = float(np.exp(np.interp(np.log(f), np.log(whole.f), np.log(whole.amplitude))))
+            points += [ask(f, share * most, bound) for share in (INSIDE, OUTSIDE)]
+    return points
 
 
 def _measured(asked: CapabilityAsked) -> dict[str, np.ndarray]:

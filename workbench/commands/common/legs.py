@@ -1,9 +1,9 @@
 """The legs of a platform, each a jack: their campaigns, and the stages and outcomes of a computation on each."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from ...base.checkpoint import Progress, Stage, within
 from ...identify.wrench.leg_cut import CutLeg, cut_legs, whole_campaigns
 from ...records import Campaign
 from ...records.fingerprint import fingerprint
-from ...report import Curve, Figure, Mark, Panel
+from ...report import Curve, Figure, Mark, Page, Panel, Section
 from ...rigs.platform import LEGS, Platform, load_platform
 from .outcome import Outcome
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,19 @@ def chi2_figure(
 def of_leg(stage: Stage, progress: Progress, number: int) -> tuple[Stage, Progress]:
     """Stages and progress that say the leg, counted from 1."""
     return within(stage, f"leg{number}"), lambda said: progress(f"leg {number} of {LEGS}: {said}")
+
+
+def each_leg(
+    legs: Sequence[CutLeg], stage: Stage, progress: Progress, study: Callable[[CutLeg, Stage, Progress], T]
+) -> list[T]:
+    """What the study of a jack makes of each leg."""
+    return [study(leg, *of_leg(stage, progress, number)) for number, leg in enumerate(legs, 1)]
+
+
+def leg_sections(number: int, page: Page, but: Collection[str] = ()) -> list[Section]:
+    """The sections of the page of a leg, counted from 1, without some items."""
+    parts = [(section.title, [item for item in section.items if item not in but]) for section in page.sections]
+    return [Section(f"Leg {number}: {title}", items) for title, items in parts if items]
 
 
 def leg_tables(outcomes: Mapping[int, Outcome]) -> dict[str, Mapping[str, np.ndarray]]:

@@ -1,12 +1,14 @@
-"""A platform drawn as lines in space: base, legs and platform, pose after pose."""
+"""A platform drawn: as lines in space, base, legs and platform, pose after pose; and its pose over time."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from ...report import Label, Line
-from ...rigs.platform import LEGS, Platform
+from ...base.signals import output_signal
+from ...report import Label, Line, Panel, Scene
+from ...rigs.platform import AXES, LEGS, Platform
 from ...rigs.platform.kinematics import arms
+from .time_figure import signal_panel
 
 _BASE, _LEG, _ROD, _TOP, _GHOST = "#8c959f", "#0072b2", "#56b4e9", "#d55e00", "#d0d7de"
 MARK, _PLAIN, _PLATFORM = "#d55e00", "#8c959f", "#424a53"  # of a drawing in which some legs are marked
@@ -14,11 +16,38 @@ _APART = 1.09  # of a base joint's distance from the middle: where its leg's num
 _SPLIT = 0.45  # of a leg from its base joint: where the cylinder ends
 
 
-def platform_lines(platform: Platform, poses: np.ndarray, marked: Collection[int] | None = None) -> tuple[Line, ...]:
-    """Base, platform at home, legs and platform in poses [k, 6].
+def platform_scene(
+    title: str,
+    platform: Platform,
+    takes: Mapping[str, np.ndarray],
+    step: float,
+    note: str,
+    still: int | None = None,
+    marked: Collection[int] | None = None,
+) -> Scene:
+    """The platform in poses [k, 6] by the name of a take, `step` seconds from one to the next.
 
-    `marked` are legs, counted from 0, that stand out; the others are then drawn in grey.
+    Where nothing runs each take stands `still` at that pose, or where the first take goes furthest. `marked` are legs,
+    counted from 0, that stand out; the others are then drawn in grey.
     """
+    if still is None:
+        still = int(np.argmax(np.abs(next(iter(takes.values()))).max(axis=1)))
+    lines = {name: _lines(platform, poses, marked) for name, poses in takes.items()}
+    return Scene(title, lines, step, note, still, _labels(platform, marked))
+
+
+def pose_panels(courses: Mapping[str, tuple[str, np.ndarray, np.ndarray]]) -> list[Panel]:
+    """Courses (axis, times [n] s, values [n] SI) by name: a panel of displacements and one of turns, where there are
+    any."""
+    panels = []
+    for axes in (AXES[:3], AXES[3:]):
+        own = {name: (t, values) for name, (axis, t, values) in courses.items() if axis in axes}
+        panels += [signal_panel(output_signal(axes[0]), own, "pose")] if own else []
+    return panels
+
+
+def _lines(platform: Platform, poses: np.ndarray, marked: Collection[int] | None) -> tuple[Line, ...]:
+    """Base, platform at home, legs and platform in poses [k, 6]."""
     geometry, frames = platform.geometry, len(poses)
     top = poses[:, None, :3] + np.array([0.0, 0.0, geometry.height]) + arms(geometry, poses)
     home = geometry.joints + np.array([0.0, 0.0, geometry.height])
@@ -45,7 +74,7 @@ def platform_lines(platform: Platform, poses: np.ndarray, marked: Collection[int
     )
 
 
-def leg_labels(platform: Platform, marked: Collection[int] | None = None) -> tuple[Label, ...]:
+def _labels(platform: Platform, marked: Collection[int] | None) -> tuple[Label, ...]:
     """The number of each leg, beside its joint on the base."""
     colours = [_PLATFORM if marked is None or i not in marked else MARK for i in range(LEGS)]
     base = platform.geometry.base

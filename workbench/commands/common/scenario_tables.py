@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...base.table import ConfigTable
 from ...base.units import Spec
 from ...loop.reach import check_flow, check_reach
@@ -152,9 +151,7 @@ def _waveform(name: str, table: ConfigTable, signal: str, further: dict[str, Any
     if slow and signal != "position":
         raise table.complaint("slow", "only a course of position is slowed; remove it")
     columns = table.about("file", lambda: Columns(Path(table.text("file"))))
-    t, values = columns.values("t", "s"), columns.values(signal, rig.signal(signal).si)
-    if len(t) < 2 or not np.all(np.diff(t) > 0):
-        raise InputError(f"{columns.path}: t must rise from row to row, over two rows or more; mend it")
+    t, values = columns.times(), columns.values(signal, rig.signal(signal).si)
     period = rig.period.value
     record = slowed_record(t, values, period, capability(rig)) if slow else sampled_record(t, values, period)
     span, duration = float(np.ptp(record.values)), float(record.t[-1])

@@ -17,7 +17,7 @@ from ...rigs.platform import LEGS, Leg, Platform
 from ...rigs.platform.platform_file import platform_files
 from ...rigs.rig import Rig
 from ..common.error_page import GIVEN
-from ..common.legs import LegCampaigns, chi2_figure, leg_tables, of_leg
+from ..common.legs import LegCampaigns, chi2_figure, each_leg, leg_tables
 from ..common.outcome import Outcome
 from .study import FitAnswer, fit_campaign
 
@@ -41,11 +41,7 @@ def run_platform_fit(legs: LegCampaigns, starts: int, stage: Stage, progress: Pr
     """Fit the payload to the train records of whole legs, and each leg to its cut records."""
     progress("payload")
     platform, payload = legs.platform, fit_payload(payload_problem(legs.platform, legs.whole))
-    answers = []
-    for number, leg in enumerate(legs.cut, 1):
-        progress(f"leg {number} of {LEGS}")
-        own, _ = of_leg(stage, progress, number)
-        answers.append(fit_campaign(leg.campaign, leg.rig, starts, own, lambda _: None))
+    answers = each_leg(legs.cut, stage, progress, lambda leg, *own: fit_campaign(leg.campaign, leg.rig, starts, *own))
     metrics = _metrics(platform, payload, answers)
     found = found_platform(platform, payload, [answer.rig for answer in answers], legs.name)
     tables = leg_tables({i: each.outcome for i, each in enumerate(answers, 1)})

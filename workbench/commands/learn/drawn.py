@@ -59,17 +59,23 @@ def _columns(config: LearnConfig, learning: LearningFilter, lanes: RepeatedLanes
     }
 
 
+def falls_row(controller: str, falls: np.ndarray) -> dict[str, Any]:
+    """Counts of plants whose error falls by `falls` [plants] dB, its median and the least."""
+    return {
+        "controller": controller,
+        "plants": len(falls),
+        "fallen": int((falls >= FALL).sum()),
+        "fall_p50_db": float(np.quantile(falls, 0.5, method="lower")),
+        "fall_least_db": float(falls.min()),
+    }
+
+
 def drawn_row(config: LearnConfig, drawn: DrawnLearning) -> dict[str, Any]:
     """Counts of plants, the fall of the error [dB] on the median, 99 % and all of them, and the plant of the least."""
     lanes, fall = drawn.lanes, drawn.lanes["fall_db"]
-    median, most, least = (float(np.quantile(fall, share, method="lower")) for share in (0.5, 0.01, 0.0))
     return {
-        "controller": config.controller.name,
-        "plants": len(fall),
-        "fallen": int((fall >= FALL).sum()),
-        "fall_p50_db": median,
-        "fall_p99_db": most,
-        "fall_least_db": least,
+        **falls_row(config.controller.name, fall),
+        "fall_p99_db": float(np.quantile(fall, 0.01, method="lower")),
         "taken_back": int(lanes["taken_back"].sum()),
         "trips": int(lanes["trips"].sum()),
         "stopped": {why or "iterations": int((lanes["stopped"] == place).sum()) for place, why in enumerate(STOPS)},

@@ -13,6 +13,7 @@ from ...loop.learning import Learned, LearningFilter, rms
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
+from ...rigs.platform import AXES
 from ..common.metric_table import MetricView
 from ..common.record_experiment import RecordExperiment
 from .drawn import DrawnLearning, drawn_sections
@@ -64,20 +65,26 @@ def rows(learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
     ]
 
 
-def tables(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, dict[str, np.ndarray]]:
-    """Columns of every iteration: time, reference, drive, what the sensor reads, what was true (SI), command."""
-    return {
-        f"{name}-{number}": {
-            "t": np.arange(len(iteration.true)) * record.rig.period.value,
-            "reference": each.reference[: len(iteration.true)],
-            "drive": iteration.drive[: len(iteration.true)],
-            "measured": iteration.measured,
-            "true": iteration.true,
-            "command": iteration.command,
-        }
-        for name, each in learned.items()
-        for number, iteration in enumerate(each.iterations)
-    }
+def tables(
+    learned: Mapping[str, Learned], period: float, weights: np.ndarray | None = None
+) -> dict[str, dict[str, np.ndarray]]:
+    """Columns of every iteration (SI): time, reference, drive, what the sensor reads, what was true, command; of a
+    platform, whose values are metres at the joints by the `weights` [6] of its axes, by axis and leg."""
+    tables = {}
+    for name, each in learned.items():
+        for number, iteration in enumerate(each.iterations):
+            rows = len(iteration.true)
+            waves = {"reference": each.reference[:rows], "drive": iteration.drive[:rows]}
+            waves |= {"measured": iteration.measured, "true": iteration.true}
+            columns = {"t": np.arange(rows) * period}
+            if weights is None:
+                columns |= waves | {"command": iteration.command}
+            else:
+                for what, values in waves.items():
+                    columns |= {f"{what}.{axis}": values[:, i] / weights[i] for i, axis in enumerate(AXES)}
+                columns |= {f"command{i + 1}": iteration.command[:, i] for i in range(len(AXES))}
+            tables[f"{name.replace(' ', '')}-{number}"] = columns
+    return tables
 
 
 def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dict[str, str]:
@@ -98,11 +105,26 @@ def drive_files(record: RecordExperiment, learned: Mapping[str, Learned]) -> dic
 def figure(config: LearnConfig, learned: Mapping[str, Learned]) -> Figure:
     """RMS of the measured error over the iterations that were kept, and what does not repeat."""
     record = config
-    curves = [kept_errors(name, each, partial(shown, record)) for name, each in learned.items()]
-    floor = float(shown(record, max(each.floor for each in learned.values())))
+    title = f"{record.scenario.name} by {config.controller.name}: error"
+    return errors_figure(title, learned, partial(shown, record), record.signal.unit)
+
+
+def errors_figure(
+    title: str,
+    learned: Mapping[str, Learned],
+    scale: Callable[[float | np.ndarray], np.ndarray],
+    unit: str,
+    note: str = "",
+) -> Figure:
+    """RMS of the measured error over the iterations that were kept, and what does not repeat, scaled to the `unit`."""
+    curves = []
+    for name, each in learned.items():
+        numbers, errors = np.array([(n, each.error(i)) for n, i in enumerate(each.iterations) if i.kept]).T
+        curves.append(Curve(name, numbers, scale(errors)))
+    floor = float(scale(max(each.floor for each in learned.values())))
     marks = [Mark(floor, "does not repeat")] if floor else []
-    panel = Panel(f"RMS error [{record.signal.unit}]", curves, log_y=True, marks=marks)
-    return Figure(f"{record.scenario.name} by {config.controller.name}: error", "iteration [1]", [panel])
+    panel = Panel(f"RMS error [{unit}]", curves, log_y=True, marks=marks)
+    return Figure(title, "iteration [1]", [panel], note=note)
 
 
 def page(
@@ -224,12 +246,6 @@ def record_figure(
         Panel(commanded, [curve("learned", command)]),
     ]
     return Figure(title, "time [s]", panels, note=note)
-
-
-def kept_errors(name: str, learned: Learned, scale: Callable[[np.ndarray], np.ndarray]) -> Curve:
-    """RMS of the measured error over the iterations that were kept, scaled to the unit that people read."""
-    numbers, errors = np.array([(n, learned.error(i)) for n, i in enumerate(learned.iterations) if i.kept]).T
-    return Curve(name, numbers, scale(errors))
 
 
 def _spectrum(record: RecordExperiment, convergence: Convergence, learned: Learned) -> Figure:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...control.platform_controller import LEGS
 from ...loop.learning import BOUND, Iteration, low_pass, rms
 from ...loop.platform.learning import (
     Left,
@@ -23,10 +22,9 @@ from ...records.frequency_sheet import table_text
 from ...report import Figure, Page
 from ...rigs.platform import AXES
 from ..common.outcome import Outcome, Progress, Stage
-from .drawn import FALL
-from .options import LearnConfig
-from .page import rows
-from .platform_config import PlatformLearnConfig
+from .drawn import falls_row
+from .options import LearnConfig, PlatformLearnConfig
+from .page import rows, tables
 from .platform_page import PlatformLearning, platform_learning_page
 from .study import run_learning, staged
 
@@ -78,7 +76,8 @@ def run_platform_learning(config: PlatformLearnConfig, stage: Stage, progress: P
     def draw() -> tuple[Page, Figure]:
         return platform_learning_page(found, metrics)
 
-    return Outcome(metrics, draw, _tables(found), _drive_files(found))
+    period, weights = setup.platform.period, setup.platform.geometry.weights
+    return Outcome(metrics, draw, tables(found.learned, period, weights), _drive_files(found))
 
 
 def _left(
@@ -102,6 +101,7 @@ def _metrics(found: PlatformLearning) -> dict[str, Any]:
         for name, each in found.learned.items()
     }
     flat = [value for values in accelerations.values() for value in values]
+    falls = np.array([each.fall_db for name, each in found.learned.items() if name != DECLARED])
     return {
         "cutoff_hz": found.learning.cutoff,
         "convergence": [
@@ -123,37 +123,9 @@ def _metrics(found: PlatformLearning) -> dict[str, Any]:
         "rows": [
             {**row, "acceleration_error_rms": value} for row, value in zip(rows(found.learned), flat, strict=True)
         ],
-        "plants": [_drawn_row(found)] if found.payloads else [],
+        "plants": [falls_row(found.config.controller.name, falls)] if len(falls) else [],
         "payloads": found.payloads,
     }
-
-
-def _drawn_row(found: PlatformLearning) -> dict[str, Any]:
-    """The row of the drawn payloads, as of drawn plants."""
-    falls = np.array([each.fall_db for name, each in found.learned.items() if name != DECLARED])
-    return {
-        "controller": found.config.controller.name,
-        "plants": len(falls),
-        "fallen": int((falls >= FALL).sum()),
-        "fall_p50_db": float(np.quantile(falls, 0.5, method="lower")),
-        "fall_least_db": float(falls.min()),
-    }
-
-
-def _tables(found: PlatformLearning) -> dict[str, dict[str, np.ndarray]]:
-    """Columns of every iteration: poses asked for, measured in the band of Q and true by axis (SI), commands by leg."""
-    weights, period = found.setup.platform.geometry.weights, found.setup.platform.period
-    tables = {}
-    for name, each in found.learned.items():
-        for number, iteration in enumerate(each.iterations):
-            rows = len(iteration.true)
-            columns = {"t": np.arange(rows) * period}
-            poses = {"reference": each.reference[:rows], "drive": iteration.drive[:rows]}
-            for what, values in (poses | {"measured": iteration.measured, "true": iteration.true}).items():
-                columns |= {f"{what}.{axis}": values[:, i] / weights[i] for i, axis in enumerate(AXES)}
-            columns |= {f"command{i + 1}": iteration.command[:, i] for i in range(LEGS)}
-            tables[f"{name.replace(' ', '')}-{number}"] = columns
-    return tables
 
 
 def _drive_files(found: PlatformLearning) -> dict[str, str]:

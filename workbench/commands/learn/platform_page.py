@@ -16,8 +16,8 @@ from ...loop.platform.steps import SHOWN, UNITS
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.platform import AXES
 from ..common.metric_table import MetricView
-from .page import kept_errors, record_figure
-from .platform_config import PlatformLearnConfig
+from .options import PlatformLearnConfig
+from .page import errors_figure, record_figure
 
 _MOST_PAYLOADS = 12  # that figures and tables show
 
@@ -82,13 +82,9 @@ def _verdict(found: PlatformLearning, metrics: Mapping[str, Any]) -> str:
 
 
 def _errors(found: PlatformLearning) -> Figure:
-    shown = list(found.learned.items())[:_MOST_PAYLOADS]
-    curves = [kept_errors(name, each, lambda errors: 1e3 * errors) for name, each in shown]
-    floor = 1e3 * max(each.floor for each in found.learned.values())
-    marks = [Mark(floor, "does not repeat")] if floor else []
+    shown = dict(list(found.learned.items())[:_MOST_PAYLOADS])
     note = "RMS over all axes of the measured pose in the band of Q, angles times the radius of the joints."
-    panel = Panel("RMS error [mm]", curves, log_y=True, marks=marks)
-    return Figure("The error from one time to the next", "iteration [1]", [panel], note=note)
+    return errors_figure("The error from one time to the next", shown, lambda e: 1e3 * np.asarray(e), "mm", note)
 
 
 def _falls(found: PlatformLearning, metrics: Mapping[str, Any]) -> Table:

@@ -59,7 +59,9 @@ def run_learning(config: LearnConfig, stage: Stage, progress: Progress) -> Outco
         picture = figure(config, learned)
         return page(config, convergence, learned, picture, drawn), picture
 
-    return Outcome(metrics, draw, tables(record, learned) | lanes, drive_files(record, learned), subject)
+    return Outcome(
+        metrics, draw, tables(learned, record.rig.period.value) | lanes, drive_files(record, learned), subject
+    )
 
 
 def _convergence(config: LearnConfig, setups: Setups, samples: int, stage: Stage) -> Convergence:

@@ -1,7 +1,7 @@
 """A campaign whose rig is fitted, as a plan asks it: what it tells now of numbers and of the effects that may lack."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,11 @@ class Expected:
     alike: Sequence[Pair]
     unseen: Sequence[UnseenNumber]
     gains: Mapping[str, float]
+
+    def named(self, part: str) -> "Expected":
+        """What is expected, with names that begin with that of a part, "leg4."."""
+        pairs = [replace(pair, names=(part + pair.names[0], part + pair.names[1])) for pair in self.alike]
+        return Expected(pairs, [replace(number, name=part + number.name) for number in self.unseen], self.gains)
 
 
 def fitted_campaign(

@@ -1,11 +1,9 @@
 """The numbers of a plan by the keys of metrics.json."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...identify.plan.family import SECONDS, PlannedRecord
-from ...identify.plan.motions import PlannedMotion
 from ...identify.trace.record_gain import Pair, UnseenNumber
 
 
@@ -21,16 +19,16 @@ def plan_metrics(
     alike: Sequence[Pair],
     unseen: Sequence[UnseenNumber],
     gains: Mapping[str, float],
-    wave: Callable[[str], Mapping[str, Any]],
+    played: Mapping[str, Mapping[str, Any]],
     checks: Mapping[tuple[str, str], Check],
 ) -> dict[str, Any]:
-    """Pairs, numbers, and the records that are best for one, those of most information first; `wave` says by a
-    record's name what it plays."""
+    """Pairs, numbers, and the records that are best for one, those of most information first, each with what is
+    `played` of it, by name."""
     pairs = [_pair_json(pair, checks.get(pair.names)) for pair in alike]
     numbers = [_number_json(number, gains) for number in unseen]
     best = {row["best"] for row in (*pairs, *numbers) if row["best"]}
     chosen = sorted(best, key=lambda name: -gains[name])
-    listed = [_record_json(name, gains[name], pairs, numbers) | dict(wave(name)) for name in chosen]
+    listed = [_record_json(name, gains[name], pairs, numbers) | dict(played[name]) for name in chosen]
     return {"pairs": pairs, "numbers": numbers, "records": listed}
 
 
@@ -63,28 +61,4 @@ def _record_json(
         "information": information,
         "splits": [row["effects"] for row in alike if row["best"] == name],
         "tells": [row["number"] for row in unseen if row["best"] == name],
-    }
-
-
-def record_wave(record: PlannedRecord) -> dict[str, Any]:
-    """What a drive of one jack plays."""
-    design = record.design
-    return {
-        "kind": design.kind,
-        "signal": design.signal,
-        "peak": record.peak,
-        "seconds": design.seconds * design.repeat,
-        "band": None if design.band is None else list(design.band),
-    }
-
-
-def motion_wave(motion: PlannedMotion) -> dict[str, Any]:
-    """What a platform plays; `peak` in mm at the joints along each of its axes."""
-    design = motion.design
-    return {
-        "kind": design.kind,
-        "axes": list(design.axes),
-        "peak": 1e3 * motion.size,
-        "seconds": SECONDS,
-        "band": None if design.band is None else list(design.band),
     }

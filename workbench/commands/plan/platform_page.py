@@ -3,9 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from ...base.signals import SIGNALS, output_signal
+from ...base.signals import SIGNALS
 from ...base.words import listed
 from ...identify.fit.free_parameters import Candidate
 from ...identify.plan.family import SECONDS
@@ -13,7 +11,7 @@ from ...identify.plan.motions import PlannedMotion
 from ...records import Campaign
 from ...report import Figure, Page, Scene, Section, Table
 from ...rigs.platform import AXES, LEGS, Platform
-from ..common.platform_scene import leg_labels, platform_lines
+from ..common.platform_scene import platform_scene, pose_panels
 from ..common.time_figure import signal_panel
 from .page import Setting, page_of
 
@@ -99,26 +97,20 @@ def _scene(platform: Platform, best: Sequence[PlannedMotion], metrics: Mapping[s
     marked = {leg for leg in range(LEGS) if _serves(record, leg + 1)}
     poses = motion.course[:: max(1, round(_FRAME / motion.period))]
     larger = _LARGER if motion.size < _LARGE else 1.0
-    lines = platform_lines(platform, larger * poses, marked)
-    still = int(np.argmax(np.abs(poses).max(axis=1)))
     note = f"Motion {motion.design.name}, drawn {larger:g} times larger, with the legs marked that it is best for."
-    title = "The platform in the best motion"
-    return [Scene(title, {motion.design.name: lines}, _FRAME, note, still, leg_labels(platform, marked))]
+    takes = {motion.design.name: larger * poses}
+    return [platform_scene("The platform in the best motion", platform, takes, _FRAME, note, marked=marked)]
 
 
 def _poses(best: Sequence[PlannedMotion]) -> Figure:
     """What the platform plays, axis by axis of those that move."""
-    panels = []
-    for axes in (AXES[:3], AXES[3:]):
-        courses = {
-            f"{motion.design.name}: {axis}": (motion.t, columns[axis])
-            for motion in best
-            for columns in [motion.columns()]
-            for axis in axes
-            if axis in columns
-        }
-        panels += [signal_panel(output_signal(axes[0]), courses, "pose")] if courses else []
-    return Figure(f"What to play, {SECONDS:g} s each", "time [s]", panels)
+    courses = {
+        f"{motion.design.name}: {axis}": (axis, motion.t, values)
+        for motion in best
+        for axis, values in motion.columns().items()
+        if axis in AXES
+    }
+    return Figure(f"What to play, {SECONDS:g} s each", "time [s]", pose_panels(courses))
 
 
 def _recorded(whole: Sequence[Campaign]) -> Figure:

@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...base.signals import output_signal
-from ...base.units import from_si
+from ...base.signals import SIGNALS
 from ...control.platform_controller import LEGS, PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
 from ...loop.platform.excitation import Motion, checked_run, drive_spec, largest_run, six_sines, still
 from ...loop.sensors import logged
 from ...records.frequency_sheet import table_text
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Figure, Page, Section, Table
 from ...rigs.platform import AXES, Platform, bundled_platforms, load_platform
 from ...rigs.platform.platform_file import platform_path
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.platform_motion import PlatformMotion, file_motion
-from .study import STATIC, campaign_text, role_of
+from ..common.platform_scene import pose_panels
+from ..common.time_figure import signal_panel
+from .study import REST, STATIC, campaign_text, records_page, role_of
 
 MOTIONS = (
     Motion("fast", 5.0, (0.4, 10.0), 1),
@@ -29,7 +30,6 @@ MOTIONS = (
     Motion("mixed", 4.0, (0.25, 6.0), 3),
 )
 """The last one is held out."""
-STILL = 2.0  # s: of the record at rest
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def run_platform_record(plan: PlatformPlan, stage: Stage, progress: Progress) ->
     progress("platform and its drive")
     setup = platform_setup(plan.platform)
     spec = drive_spec(setup)
-    runs = {STATIC: still(setup, spec, STILL, plan.seed)} | _runs(plan, setup, spec, progress)
+    runs = {STATIC: still(setup, spec, REST, plan.seed)} | _runs(plan, setup, spec, progress)
     records = {name: _columns(setup, run, (plan.seed, number)) for number, (name, run) in enumerate(runs.items())}
     rows = [_row(name, role_of(name, list(runs)), run) for name, run in runs.items()]
     metrics = {"rows": rows, "seed": plan.seed, "loop_gains": [law.design.gain for law in spec.laws]}
@@ -137,21 +137,13 @@ def _page(plan: PlatformPlan, rows: list[dict[str, Any]], figures: list[Figure])
     if not plan.played:
         note += " Each axis has harmonics of its own, so that an answer tells which axis was moved."
     table = Table("What was recorded", heads, [list(row.values()) for row in rows], note)
-    verdict = (
-        f"{len(rows)} simulated records of {plan.platform.name}, seed {plan.seed}; {rows[-1]['record']} is held out."
-    )
     how = "Row k is what the sensors of the legs say at t_k right after the commands of row k were written."
-    return Page(
-        f"Recordings of {plan.platform.name}", verdict, [Section("Records", [table, how]), Section("Poses", figures)]
-    )
+    sections = [Section("Records", [table, how]), Section("Poses", figures)]
+    return records_page(plan.platform.name, plan.seed, rows, sections)
 
 
 def _figure(name: str, run: PlatformRun) -> Figure:
     """The true pose, and the commands."""
-    panels = []
-    for axes in (AXES[:3], AXES[3:]):
-        signal = output_signal(axes[0])
-        curves = [Curve(axis, run.t, from_si(run.signals[axis], signal.unit, signal.si)) for axis in axes]
-        panels.append(Panel(f"pose [{signal.unit}]", curves))
-    commands = [Curve(f"leg {i + 1}", run.t, run.sent[:, i]) for i in range(LEGS)]
-    return Figure(name, "time [s]", (*panels, Panel("command [1]", commands)))
+    panels = pose_panels({axis: (axis, run.t, run.signals[axis]) for axis in AXES})
+    commands = {f"leg {i + 1}": (run.t, run.sent[:, i]) for i in range(LEGS)}
+    return Figure(name, "time [s]", [*panels, signal_panel(SIGNALS["command"], commands)])

@@ -9,19 +9,19 @@ import numpy as np
 
 from ...base.signals import SIGNALS
 from ...base.toml_text import toml_text
-from ...base.units import from_si
 from ...loop.drive_simulation import DriveSimulation, drive, recorded
 from ...loop.standard_records import standard_set
 from ...records import Record
 from ...records.campaign import ROLES
 from ...records.excitation import Excitation, excitation, excitation_text
 from ...records.frequency_sheet import table_text
-from ...report import Curve, Figure, Page, Panel, Section, Table
+from ...report import Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.design_numbers import Subject
 from ..common.limits_told import trip_marks
 from ..common.outcome import Outcome, Progress, Stage
+from ..common.time_figure import signal_panel
 from .config import OWN, Plan
 
 STATIC, REST = "static", 2.0  # s
@@ -111,29 +111,26 @@ def _page(plan: Plan, drive: DriveSimulation, rows: list[dict[str, Any]], record
         notes.append(
             f"Recorded with {names}. rig.toml, which campaign.toml names, is without; truth.toml is as simulated."
         )
-    verdict = f"{len(rows)} simulated records of {plan.rig.name}, seed {plan.seed}; {rows[-1]['record']} is held out."
     sections = [
         Section("Records", [table, *notes]),
         Section("Signals", [recorded_figure(record) for record in records]),
     ]
-    return Page(f"Recordings of {plan.rig.name}", verdict, sections)
+    return records_page(plan.rig.name, plan.seed, rows, sections)
+
+
+def records_page(name: str, seed: int, rows: Sequence[Mapping[str, Any]], sections: Sequence[Section]) -> Page:
+    """The page of simulated records of a rig or platform."""
+    verdict = f"{len(rows)} simulated records of {name}, seed {seed}; {rows[-1]['record']} is held out."
+    return Page(f"Recordings of {name}", verdict, sections)
 
 
 def recorded_figure(record: Record, mark: float | None = None) -> Figure:
     """All signals of a record, and when [s] it tripped, if it did."""
-    marks = trip_marks(mark)
+    others = [name for name in record.names if name not in ("reference", "position", "command")]
 
-    def shown(name: str) -> np.ndarray:
-        return from_si(record.signals[name], SIGNALS[name].unit, SIGNALS[name].si)
+    def panel(*names: str) -> Panel:
+        courses = {name: (record.t, record.signals[name]) for name in names if name in record.names}
+        return signal_panel(SIGNALS[names[-1]], courses, marks=trip_marks(mark))
 
-    followed = [name for name in ("reference", "position") if name in record.names]
-    panels = [
-        Panel(SIGNALS["position"].label, [Curve(name, record.t, shown(name)) for name in followed], marks=marks),
-        Panel(SIGNALS["command"].label, [Curve("command", record.t, shown("command"))], marks=marks),
-    ]
-    panels += [
-        Panel(SIGNALS[name].label, [Curve(name, record.t, shown(name))], marks=marks)
-        for name in record.names
-        if name not in ("reference", "position", "command")
-    ]
+    panels = [panel("reference", "position"), panel("command"), *(panel(name) for name in others)]
     return Figure(record.name, "time [s]", panels)

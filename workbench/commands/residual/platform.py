@@ -9,7 +9,7 @@ from ...identify.found.legs import mean_known
 from ...identify.wrench.leg_cut import CutLeg
 from ...report import Page, Section, Table
 from ...rigs.platform import LEGS, Platform
-from ..common.legs import leg_tables, of_leg
+from ..common.legs import each_leg, leg_sections, leg_tables
 from ..common.outcome import Outcome
 from .study import run_residual
 
@@ -22,11 +22,7 @@ _NOTE = (
 
 def run_platform_residual(platform: Platform, legs: Sequence[CutLeg], stage: Stage, progress: Progress) -> Outcome:
     """The residual of every leg: `rows` with signals such as `leg3.pa`, and chi2 over all and by leg."""
-    outcomes = []
-    for number, leg in enumerate(legs, 1):
-        progress(f"leg {number}")
-        own, _ = of_leg(stage, progress, number)
-        outcomes.append(run_residual(leg.campaign, leg.rig, own, lambda _: None))
+    outcomes = each_leg(legs, stage, progress, lambda leg, *own: run_residual(leg.campaign, leg.rig, *own))
     rows = [
         {**row, "signal": f"leg{leg}.{row['signal']}"}
         for leg, outcome in enumerate(outcomes, 1)
@@ -39,7 +35,7 @@ def run_platform_residual(platform: Platform, legs: Sequence[CutLeg], stage: Sta
 
     def draw() -> Any:
         worst = max(range(LEGS), key=lambda leg: float("inf") if by_leg[leg] is None else by_leg[leg])
-        return _page(platform, metrics, worst, outcomes[worst].page.sections), outcomes[worst].picture
+        return _page(platform, metrics, leg_sections(worst + 1, outcomes[worst].page)), outcomes[worst].picture
 
     return Outcome(metrics, draw, tables)
 
@@ -58,9 +54,8 @@ def legs_sentence(by_leg: Mapping[int, float | None]) -> str:
     return f"{said}, the rest {spanned(left.values())}." if left else f"{said}."
 
 
-def _page(platform: Platform, metrics: dict[str, Any], worst: int, sections: Sequence[Section]) -> Page:
+def _page(platform: Platform, metrics: dict[str, Any], worst: Sequence[Section]) -> Page:
     by_leg = [[f"leg {each['leg']}", each["chi2"]] for each in metrics["legs"]]
     table = Table("chi2 by leg", ["leg", "chi2"], by_leg, _NOTE)
-    named = [Section(f"Leg {worst + 1}: {section.title}", section.items) for section in sections]
     verdict = legs_sentence({each["leg"]: each["chi2"] for each in metrics["legs"]})
-    return Page(f"Residual of {platform.name}, leg by leg", verdict, [Section("Legs", [table]), *named])
+    return Page(f"Residual of {platform.name}, leg by leg", verdict, [Section("Legs", [table]), *worst])

@@ -4,5 +4,5 @@ config        the experiment on the declared rig and on the found one
 searchable    a run or bench experiment as the search of one of its controllers
 study         old and retuned on both rigs
 page          the report
-platform_config, platform_study    modal laws that follow the modes of a found platform
+platform      modal laws that follow the modes of a found platform
 """

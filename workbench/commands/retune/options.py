@@ -10,7 +10,6 @@ from ..common.experiment_file import data_files, read_experiment
 from ..common.options import computes, finish, jobs, works
 from ..common.shipped import experiment
 from .config import load_retune
-from .platform_config import load_platform_retune
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -50,8 +49,9 @@ def _retune_platform(options: argparse.Namespace, words: list[str], top: ConfigT
     for name in ("controller", "designs"):
         if getattr(options, name) is not None:
             raise InputError(f"--{name} belongs to a search on one jack; leave it out on a platform")
+    from .platform import load_platform_retune, run_platform_retune
+
     config = load_platform_retune(top, Path(options.experiment), options.rig, options.found)
-    from .platform_study import run_platform_retune
 
     platforms = {"rig": config.declared.rig.table(), "found": config.found.rig.table()}
     identity = {"command": "retune", "experiment": config.found.source, **platforms}

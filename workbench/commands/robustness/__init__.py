@@ -2,7 +2,7 @@
 
 options    the experiment, and what the command is asked
 study, page    all rows; the report
-platform_config, platform_study, platform_page    the same of a platform on six jacks
+platform_study, platform_page    the same of a platform on six jacks
 
 The plants, their loops and steps are in loop/robustness and loop/platform.
 """

@@ -3,15 +3,19 @@
 import argparse
 from functools import partial
 
+import numpy as np
+
 from ...base.signals import Signal
 from ...base.units import Spec
 from ...control.controller_spec import ControllerSpec
+from ...loop.platform.steps import AxisStep, PlatformDraw
 from ...loop.rig_variations import ALL, Conditions, Factors, known_to
 from ...loop.robustness.problem import RobustnessProblem
 from ...loop.scenarios import POSITIONS
+from ...rigs.platform import AXES
 from ...rigs.rig import Rig
 from ..common.declared import Experiment, ExperimentFile, count, declared, fraction, part, quantity, takes_experiment
-from ..common.envelope_keys import MOST_MOVES, MOST_PLANTS, WITHIN, read_factors, read_positions
+from ..common.envelope_keys import MOST_MOVES, MOST_PLANTS, WITHIN, read_ends, read_factors, read_positions
 from ..common.experiment import (
     CONDITIONS,
     CONTROLLERS,
@@ -23,10 +27,12 @@ from ..common.experiment import (
     read_conditions,
     read_controllers,
 )
-from .platform_config import PlatformRobustness
+from ..common.platform_experiment import PlatformExperiment, read_steps
 
 _STEPS = {"m": (1e-6, 1.0), "N": (1.0, 1e9)}  # by the SI unit of the signal
 _ANY_STEP = 1e-12, 1e12
+_SHIFT = Spec("m", 0.0, 10.0, "how far the centre of mass is drawn")
+_WAY = (Spec("m", 0.0, 10.0, "how far poses are drawn"), Spec("rad", 0.0, 1.5, "how far poses are drawn"))
 
 
 def _known(at: ExperimentFile) -> tuple[Rig, Factors]:
@@ -87,6 +93,23 @@ class RobustnessConfig(RobustnessProblem, Experiment):
         "steps, there and back, before the one that is judged; each lasts as long; none without",
         default=0,
     )
+
+
+def _draw(at: ExperimentFile) -> PlatformDraw:
+    payload, pose = at.top.table("payload", "mass", "centre"), at.top.table("pose", *AXES)
+    way = np.array([pose.quantity(axis, _WAY[i // 3]) if axis in pose else 0.0 for i, axis in enumerate(AXES)])
+    mass, centre = read_ends(payload, "mass"), payload.quantity("centre", _SHIFT)
+    return PlatformDraw(mass, centre, way, read_factors(at.top, at.rig.legs[0].rig))
+
+
+@declared
+class PlatformRobustness(PlatformExperiment):
+    """Steps by controllers on `plants` platforms, drawn by the seed of the `conditions`."""
+
+    KIND = "robustness"
+    plants: int = count(1, MOST_PLANTS, "platforms to draw", asked=True)
+    steps: tuple[AxisStep, ...] = part(read_steps, {"scenarios": "steps along axes of the pose"})
+    draw: PlatformDraw = part(_draw, {"payload": "how its mass is drawn", "pose": "either way from home", **WITHIN})
 
 
 load_robustness = RobustnessConfig.load

@@ -11,8 +11,8 @@ from ...base.words import counted
 from ...report import Figure, Page, Section, Table
 from ...rigs.platform import AXES
 from ..common.metric_table import MetricView
+from .options import PlatformRobustness
 from .page import settled_figure
-from .platform_config import PlatformRobustness
 
 Metrics = Mapping[str, Any]
 _COLUMNS = (

@@ -15,8 +15,7 @@ from ...loop.platform.robustness import drawn_platform, linear_columns, step_col
 from ...loop.platform.setup import platform_setup
 from ...loop.robustness.row import settling_quantiles
 from ..common.outcome import Outcome, Progress, Stage
-from .options import RobustnessConfig
-from .platform_config import PlatformRobustness
+from .options import PlatformRobustness, RobustnessConfig
 from .platform_page import platform_page
 from .study import run_robustness
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.signals import output_signal
 from ...control.platform_controller import LEGS
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import check_poses, largest_flow, static_forces
@@ -14,7 +15,8 @@ from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section
 from ...rigs.platform import AXES, Platform
 from ..common.metric_table import MetricView
 from ..common.platform_motion import PlatformRecord
-from ..common.platform_scene import leg_labels, platform_lines
+from ..common.platform_scene import platform_scene
+from ..common.time_figure import signal_panel
 from .platform_config import PlatformConfig
 
 if TYPE_CHECKING:
@@ -129,19 +131,16 @@ def _cross_table(rows: list[dict[str, Any]]) -> Table:
 
 def step_figure(step: AxisStep, platform: Platform, runs: Mapping[str, PlatformRun]) -> Figure:
     """A step of several loops by name: its axis, the one that moves most beside it, the largest command."""
-    unit, own, others, commands = UNITS[step.axis], [], [], []
+    own, others, commands = {}, [], []
     for name, run in runs.items():
         shown = run.t <= _WATCHED
-        t, pose = run.t[shown], run.pose[shown] * SHOWN
-        own.append(Curve(name, t, pose[:, step.axis]))
-        beside = np.delete(run.pose[shown] * platform.geometry.weights, step.axis, axis=1)
+        t, pose = run.t[shown], run.pose[shown]
+        own[name] = t, pose[:, step.axis]
+        beside = np.delete(pose * platform.geometry.weights, step.axis, axis=1)
         others.append(Curve(name, t, 1e3 * np.abs(beside).max(axis=1)))
         commands.append(Curve(name, t, np.abs(run.sent[shown]).max(axis=1)))
-    panels = (
-        Panel(f"{AXES[step.axis]} [{unit}]", own),
-        Panel("other axes [mm]", others),
-        Panel("largest command", commands),
-    )
+    further = Panel("other axes [mm]", others), Panel("largest command", commands)
+    panels = (signal_panel(output_signal(AXES[step.axis]), own), *further)
     note = "Other axes: the largest deviation of any, angles times the radius of the joints."
     return Figure(step.name, "t [s]", panels, note=note)
 
@@ -251,9 +250,9 @@ def _steps_scene(config: PlatformConfig, setup: PlatformSetup, findings: "Platfo
         run = findings.runs[name, step.name]
         poses = run.pose[run.t <= _WATCHED + 1e-9][::stride]
         larger = _DRAWN / (abs(step.size) * config.rig.geometry.weights[step.axis])
-        takes[step.name] = platform_lines(config.rig, poses * larger)
+        takes[step.name] = poses * larger
     note = f"Steps under {name}, drawn as {_DRAWN:g} m at the joints each, and {_SLOWER} times slower."
-    return Scene("Steps", takes, _SLOWER * _FRAME, note, 8, leg_labels(config.rig))
+    return platform_scene("Steps", config.rig, takes, _SLOWER * _FRAME, note, 8)
 
 
 def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
@@ -261,5 +260,5 @@ def _modes_scene(config: PlatformConfig, findings: "PlatformFindings") -> Scene:
     takes = {}
     for i, mode in enumerate(findings.modes):
         shape = _DRAWN / 2 * mode.shape / config.rig.geometry.weights
-        takes[f"{i + 1}: {mode.hz:.1f} Hz"] = platform_lines(config.rig, swing[:, None] * shape)
-    return Scene("Modes", takes, 0.04, "Shapes, much larger and slower than they are.", 10, leg_labels(config.rig))
+        takes[f"{i + 1}: {mode.hz:.1f} Hz"] = swing[:, None] * shape
+    return platform_scene("Modes", config.rig, takes, 0.04, "Shapes, much larger and slower than they are.", 10)

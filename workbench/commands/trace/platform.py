@@ -29,9 +29,9 @@ from ...rigs.platform import Platform, load_platform
 from ...rigs.rig import Rig
 from ...rigs.rig_file import rig_text
 from ..common.error_page import AFTER, BEFORE
-from ..common.legs import chi2_figure, leg_tables, of_leg
+from ..common.legs import chi2_figure, each_leg, leg_sections, leg_tables
 from ..common.outcome import Outcome, no_checkpoint
-from ..common.platform_scene import leg_labels, platform_lines
+from ..common.platform_scene import platform_scene
 from ..common.run_folder import metrics_json
 from .answer import TraceAnswer
 from .payload import payload_numbers, payload_sentence, payload_table
@@ -85,12 +85,13 @@ def run_platform_trace(
     """
     progress("joints and payload")
     wrench = wrench_answer(payload_problem(platform, whole))
-    answers = []
-    for number, leg in enumerate(legs, 1):
-        own = of_leg(stage, progress, number)
+
+    def traced(leg: CutLeg, stage: Stage, progress: Progress) -> TraceAnswer:
         library = leg_effects(leg.rig, files, without)
-        answers.append(trace_answer(leg.campaign, leg.rig, library, *own, files, without, several, jobs, learns=False))
-    return _outcome(platform, wrench, answers)
+        asked = (files, without, several, jobs)
+        return trace_answer(leg.campaign, leg.rig, library, stage, progress, *asked, learns=False)
+
+    return _outcome(platform, wrench, each_leg(legs, stage, progress, traced))
 
 
 def traced_platform(folder: Path, removed: tuple[str, ...] = (), several: bool = False) -> dict[str, Any]:
@@ -131,12 +132,7 @@ def legs_page(platform: Platform, wrench: WrenchAnswer, answers: Sequence[TraceA
     legs = [answer.outcome.metrics for answer in answers]
     marked = suspected(legs)
     picture = _by_leg(answers)
-    own = [
-        Section(f"Leg {i + 1}: {section.title}", items)
-        for i in marked
-        for section in answers[i].outcome.page.sections
-        if (items := [item for item in section.items if item not in _OF_ONE_JACK])
-    ]
+    own = [section for i in marked for section in leg_sections(i + 1, answers[i].outcome.page, _OF_ONE_JACK)]
     said = f"{sentence(legs, {i: answers[i].sentence for i in marked})} {wrench_sentence(wrench.told)}".rstrip()
     said += payload_sentence(payload_numbers(platform, wrench.payload))
     campaign = answers[0].trace.problem.campaign.path.resolve().name
@@ -170,20 +166,12 @@ def _scene(platform: Platform, answers: Sequence[TraceAnswer], marked: Collectio
     stride = max(1, round(_FRAME / records[0].period))
     positions = np.column_stack([record.signals["position"][::stride] for record in records])
     poses = platform.poses(positions)
-    still = int(np.argmax(np.abs(poses).max(axis=1)))
     names = ", ".join(f"leg {i + 1}" for i in sorted(marked))
     note = f"{names.capitalize()} stands out: something is missing from its model. " if len(marked) == 1 else ""
     note = f"{names.capitalize()} stand out: something is missing from their models. " if len(marked) > 1 else note
     note += f"Record {records[0].name}, poses by the measured lengths of the legs, drawn {_LARGER:g} times larger."
-    lines = platform_lines(platform, _LARGER * poses, set(marked))
-    return Scene(
-        "The platform in the held-out record",
-        {records[0].name: lines},
-        _FRAME,
-        note,
-        still,
-        leg_labels(platform, marked),
-    )
+    takes = {records[0].name: _LARGER * poses}
+    return platform_scene("The platform in the held-out record", platform, takes, _FRAME, note, marked=set(marked))
 
 
 def sentence(legs: Sequence[Answer], said: Mapping[int, str]) -> str:

@@ -1,6 +1,7 @@
 """The records that a plan compares: steps, triangles, sines and multisines of one length, each as the rig takes it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...loop.drive_simulation import DriveSimulation, within_limits
 from ...loop.standard_records import Design, designed
-from ...records.excitation import Excitation
+from ...records.excitation import Excitation, excitation_text
 from ...rigs.rig import Rig
 
 SECONDS = 6.0  # of every record: what they tell is compared for the same time on the rig
@@ -30,6 +31,19 @@ class PlannedRecord:
         signal = SIGNALS[self.design.signal]
         wave = getattr(self.played, self.design.signal)
         return float(from_si(np.abs(wave - wave[0]).max(), signal.unit, signal.si))
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """What a drive plays, as metrics.json has it."""
+        design = self.design
+        band = None if design.band is None else list(design.band)
+        seconds = design.seconds * design.repeat
+        return {"kind": design.kind, "signal": design.signal, "peak": self.peak, "seconds": seconds, "band": band}
+
+    @property
+    def text(self) -> str:
+        """The file that a drive plays."""
+        return excitation_text(self.played)
 
 
 def family(rig: Rig) -> dict[str, Design]:

@@ -1,10 +1,12 @@
 """The motions that a plan compares on a platform: multisines, steps and triangles of one length along its axes."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...loop.platform.excitation import Motion, at_joints, sines
+from ...records.frequency_sheet import table_text
 from ...rigs.platform import AXES, Platform
 from .family import SECONDS
 
@@ -91,3 +93,15 @@ class PlannedMotion:
     def columns(self) -> dict[str, np.ndarray]:
         """What a file of it has, SI by column: t and the axes that move."""
         return {"t": self.t} | {axis: self.course[:, AXES.index(axis)] for axis in self.design.axes}
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """What a platform plays, as metrics.json has it; `peak` in mm at the joints along each of its axes."""
+        design, peak = self.design, 1e3 * self.size
+        band = None if design.band is None else list(design.band)
+        return {"kind": design.kind, "axes": list(design.axes), "peak": peak, "seconds": SECONDS, "band": band}
+
+    @property
+    def text(self) -> str:
+        """The file that a platform plays."""
+        return table_text(self.columns())
