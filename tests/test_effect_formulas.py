@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 
 from workbench.plant.effects import LIBRARY, find
 
+FEW = settings(max_examples=25)
 PS, PR = 210e5, 4e5
 LIMIT, T0, FAST = 0.02, 1e-5, 5e-5
 ATMOSPHERE = 1.013e5
@@ -14,6 +15,7 @@ LAGS = {
     ("drive.lag", "amplifier"),
     ("drive.lag", "command filter"),
     ("drive.lag", "two poles"),
+    ("drive.lag", "command two poles"),
     ("sensor.lag", "first order"),
     ("sensor.lag", "line"),
 }
@@ -135,6 +137,30 @@ def _smooth(_, p, x, c):
     return (lap(z), lap(-z)), {}
 
 
+def _symmetric(vd, p, x, c, T=None):
+    v = c["velocity"]
+    share = abs(v) * (p["T"] if T is None else T) / TRAVEL
+    return (v + (vd - v) * sat(max(1 - share, 0) / 0.02, 1) if (vd - v) * v > 0 else vd), {}
+
+
+def _two_sided(vd, p, x, c):
+    return _symmetric(vd, p, x, c, p["T_up"] if c["velocity"] > 0 else p["T_down"])
+
+
+def _demand(vd, p, x, c):
+    return vd / max(1, abs(vd) * p["T"] / TRAVEL), {}
+
+
+def _largest_flow(_, p, x, c):
+    beyond = max(c["flow"] / c["rated"] - p["share"], 0)
+    return (), {"drop": ((c["supply"] + x["drop"]) * beyond / 0.05 - x["drop"]) / p["tau"]}
+
+
+def _largest_power(_, p, x, c):
+    lost = max(1 - p["share"] / max(c["flow"] / c["rated"], 1e-3), 0)
+    return (), {"drop": ((c["supply"] + x["drop"]) * lost - x["drop"]) / p["tau"]}
+
+
 def _pair_gain(pair, p, x, c):
     return (pair[0] * (1 + p["a"]), pair[1] * (1 - p["a"])), {}
 
@@ -227,6 +253,8 @@ SPOOL, PRESSURE, FORCE = some(-1.1 * TRAVEL, 1.1 * TRAVEL), some(-2e6, 4e7), som
 OPENINGS = st.tuples(some(0, TRAVEL), some(0, TRAVEL))
 FLOWS = st.tuples(some(-0.02, 0.02), some(-0.02, 0.02))
 LIMITED = {"limit": st.just(LIMIT)}
+AT_FULL = {"limit": st.just(1.0)}
+SPEED, SPOOL_SPEED = some(-2, 2), {"velocity": some(-0.5, 0.5), "travel": st.just(TRAVEL)}
 LOOP = {"error": some(-2, 2), "spool": some(-1, 1), "gain": st.just(0.6), "limit": st.just(1.0)}
 RUBBING = {"velocity": some(-1, 1)}
 Z = {"spool": SPOOL, "lap": st.just(EPS), "travel": st.just(TRAVEL)}
@@ -241,6 +269,10 @@ DOCSTRINGS = (
     ("drive.saturation", "one-sided", "current", CURRENT, LIMITED, _one_sided),
     ("drive.saturation", "soft", "current", CURRENT, LIMITED, _soft),
     ("drive.saturation", "rapp", "current", CURRENT, LIMITED, _rapp),
+    ("drive.saturation", "command hard", "command", DEMAND, AT_FULL, _hard),
+    ("drive.saturation", "command one-sided", "command", DEMAND, AT_FULL, _one_sided),
+    ("drive.saturation", "command soft", "command", DEMAND, AT_FULL, _soft),
+    ("drive.saturation", "command rapp", "command", DEMAND, AT_FULL, _rapp),
     ("drive.corrector", "first order", "corrector", DEMAND, LOOP, _lead_or_lag),
     ("drive.corrector", "pi", "corrector", DEMAND, LOOP, _pi),
     ("drive.corrector", "lead", "corrector", DEMAND, LOOP, _lead),
@@ -250,13 +282,23 @@ DOCSTRINGS = (
     ("pilot.hysteresis", "play", "motor_current", CURRENT, {}, _play),
     ("pilot.hysteresis", "prandtl-ishlinskii", "motor_current", CURRENT, {}, _plays),
     ("pilot.hysteresis", "bouc-wen", "motor_current", CURRENT, {}, _bouc_wen),
+    ("pilot.hysteresis", "magnet play", "magnet", DEMAND, {}, _play),
+    ("pilot.hysteresis", "magnet prandtl-ishlinskii", "magnet", DEMAND, {}, _plays),
+    ("pilot.hysteresis", "magnet bouc-wen", "magnet", DEMAND, {}, _bouc_wen),
     ("main.stiction", "coulomb", "main_friction", FORCE, RUBBING, _coulomb(2e-4)),
     ("main.stiction", "stribeck", "main_friction", FORCE, RUBBING, _stribeck(2e-4)),
     ("main.stiction", "lugre", "main_friction", FORCE, RUBBING, _lugre),
+    ("main.stiction", "relative coulomb", "spool_friction", DEMAND, RUBBING, _coulomb(2e-4)),
+    ("main.stiction", "relative stribeck", "spool_friction", DEMAND, RUBBING, _stribeck(2e-4)),
+    ("main.stiction", "relative lugre", "spool_friction", DEMAND, RUBBING, _lugre),
     ("main.deadband", "lap", "main_openings", OPENINGS, Z, _shifted),
     ("main.deadband", "lap, narrow passages", "main_openings", OPENINGS, Z, _narrow),
     ("main.deadband", "linear", "main_openings", OPENINGS, Z, _dead),
     ("main.deadband", "smooth", "main_openings", OPENINGS, Z, _smooth),
+    ("main.deadband", "linear, with jump", "main_openings", OPENINGS, Z, _dead),
+    ("main.rate", "symmetric", "spool_speed", SPEED, SPOOL_SPEED, _symmetric),
+    ("main.rate", "two-sided", "spool_speed", SPEED, SPOOL_SPEED, _two_sided),
+    ("main.rate", "demand", "spool_speed", SPEED, SPOOL_SPEED, _demand),
     ("main.asymmetry", "direction", "main_openings", OPENINGS, Z, _pair_gain),
     ("main.asymmetry", "lands", "main_flows", FLOWS, {}, _pair_gain),
     ("main.asymmetry", "edges", "main_flows", FLOWS, {}, _four_edges),
@@ -264,6 +306,8 @@ DOCSTRINGS = (
     ("supply.sag", "laminar", "supply_flow", NONE, DRAWN, _laminar),
     ("supply.sag", "orifice", "supply_flow", NONE, DRAWN, _orifice),
     ("supply.sag", "accumulator", "supply_flow", NONE, DRAWN, _accumulator),
+    ("supply.limit", "flow", "supply_flow", NONE, DRAWN, _largest_flow),
+    ("supply.limit", "power", "supply_flow", NONE, DRAWN, _largest_power),
     ("oil.air", "isothermal", "modulus", st.just(BETA), OIL, _isothermal),
     ("oil.air", "polytropic", "modulus", st.just(BETA), OIL, _polytropic),
     ("oil.air", "fixed share", "modulus", st.just(BETA), OIL, _fixed),
@@ -307,6 +351,14 @@ def test_every_formula_is_tested_against_its_docstring():
         assert all(law.__doc__ for law in effect.laws.values())
 
 
+@FEW
+@given(u=some(-1, 1), jump=some(0, 0.6))
+def test_a_jump_is_added_to_the_command_s_sign(u, jump):
+    effect = find("main.deadband", "linear, with jump")
+    (got,), _ = evaluated(effect, "command", u, {"jump": jump})
+    assert got == pytest.approx(u + jump * np.tanh(u / 2e-3), rel=1e-9, abs=1e-15)
+
+
 def response(effect, slot, tau, frequency, **p):
     """Frequency response of a linear law, from its matrices."""
     names = [s.name for s in effect.states if slot in ("current", "command") or s.name[0] == slot[-1]]
@@ -329,6 +381,7 @@ def response(effect, slot, tau, frequency, **p):
         ("drive.lag", "amplifier", "current"),
         ("drive.lag", "command filter", "command"),
         ("drive.lag", "two poles", "current"),
+        ("drive.lag", "command two poles", "command"),
         ("sensor.lag", "first order", "sensor_pa"),
         ("sensor.lag", "first order", "sensor_pb"),
         ("sensor.lag", "line", "sensor_pa"),
@@ -340,7 +393,7 @@ def response(effect, slot, tau, frequency, **p):
 def test_a_lag_is_a_pole_over_a_10_us_zero(name, formula, slot, tau, frequency, zeta):
     """Its gain at rest is 1, at tau = 0 it is nothing, and below 300 Hz it is the plain lag that its docstring says."""
     s = 2j * np.pi * frequency
-    if formula in ("line", "two poles"):
+    if formula == "line" or formula.endswith("two poles"):
         got, plain = response(find(name, formula), slot, tau, frequency, zeta=zeta), (2 * zeta, 1)
     else:
         got, plain = response(find(name, formula), slot, tau, frequency), (1, 0)

@@ -12,9 +12,10 @@ from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
-from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find, valves_with
+from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find, missing, valves_with
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
+from workbench.rigs.valve import VALVES
 
 NAMES = {
     "drive.delay": ("drive", "drive timing"),
@@ -23,9 +24,11 @@ NAMES = {
     "drive.corrector": ("drive", ""),
     "pilot.hysteresis": ("pilot", "spool stick"),
     "main.stiction": ("main", "spool stick"),
+    "main.rate": ("main", "spool stick"),
     "main.deadband": ("flow", ""),
     "main.asymmetry": ("flow", ""),
     "supply.sag": ("flow", ""),
+    "supply.limit": ("flow", ""),
     "oil.air": ("flow", ""),
     "jack.external_leakage": ("flow", ""),
     "jack.friction": ("force", ""),
@@ -44,9 +47,13 @@ SEEN_IN = {
     "force": ("pa", "pb", "acceleration", "position", "force"),
     "sensor": ("pa", "pb"),
 }
-SECOND_ORDER = {"drive": ("pa", "pb", "position"), "flow": ("pa", "pb", "position")}
+SECOND_ORDER = dict.fromkeys(("drive", "pilot", "main", "flow"), ("pa", "pb", "position"))
 RIGS = ("jack-10t", "festo-tp511")
-EDGES = ("drive.saturation hard", "drive.saturation one-sided")  # at off they have an edge, no slope
+EDGES = (
+    *(f"drive.saturation {title}{shape}" for title in ("", "command ") for shape in ("hard", "one-sided")),
+    *(f"main.rate {shape}" for shape in ("symmetric", "two-sided", "demand")),
+    *(f"supply.limit {shape}" for shape in ("flow", "power")),
+)  # at off they have an edge, no slope
 HARD = (0.4, -0.4, 0.05, -0.02, 0.8, -0.8)  # command, for 25 ms each
 SMALL = {  # typical is what a 10 t jack shows: what a training cylinder would
     "supply.sag": 10.0,
@@ -202,19 +209,23 @@ def skip_unless_applies(effect, rig):
 
 def test_what_does_not_apply_is_refused(rig):
     training = load_rig("festo-tp511")
-    assert all(applies(effect, rig) for effect in LIBRARY)
-    missing = {effect.title for effect in LIBRARY if not applies(effect, training)}
-    three_stage = ("drive.saturation", "drive.corrector", "pilot.hysteresis", "main.stiction")
-    assert missing == {
-        "drive.lag amplifier",
-        "drive.lag two poles",
-        *(e.title for e in LIBRARY if e.name in three_stage),
-    }
+    named = {kind: {effect.name for effect in LIBRARY if kind in effect.valves} for kind in VALVES}
+    assert named["second-order"] == set(NAMES)
+    assert named["three-stage"] == set(NAMES) - {"main.rate"}
+    spools = {"drive.corrector", "pilot.hysteresis", *(name for name in NAMES if name.startswith(("main.", "supply.")))}
+    assert named["pump"] == named["two-way-pump"] == set(NAMES) - spools
+    for effect in LIBRARY:
+        assert all(bool(missing(effect, kind)) == (kind not in effect.valves) for kind in VALVES)
     declared = replace(training, effects=(EffectUse("drive.lag", "", {}),))
-    message = 'drive.lag amplifier does not apply to a second-order valve; formula "command filter" does'
+    message = (
+        "drive.lag amplifier does not apply to a second-order valve, which has no pilot with a current in its model; "
+        'formula "command filter" does'
+    )
     with pytest.raises(InputError, match=message):
         build(declared)
-    with pytest.raises(InputError, match=r"main\.stiction coulomb does not apply to a second-order valve; take it out"):
+    with pytest.raises(
+        InputError, match=r"stiction coulomb does not apply .* current in its model; formula \"relative coulomb\" does"
+    ):
         build(training, also=(find("main.stiction", ""),))
     assert build(replace(training, effects=(EffectUse("drive.lag", "command filter", {}),)))
 
@@ -244,7 +255,7 @@ def test_the_slots_of_a_plant_are_those_of_the_table(monkeypatch, name):
 
 def test_benches_leave_out_what_they_do_not_have(rig):
     """Any effect may be declared where a part of the rig is built alone; it acts there if that part has its slots."""
-    first = [effect for effect in LIBRARY if find(effect.name, "") is effect]
+    first = [effect for effect in LIBRARY if find(effect.name, "") is effect and applies(effect, rig)]
     whole = replace(rig, effects=tuple(EffectUse(effect.name, effect.formula, {}) for effect in first))
     stateful = [effect.name for effect in first if effect.states]
     acting = {

@@ -12,8 +12,9 @@ from workbench.base.units import to_si
 from workbench.engine import Engine
 from workbench.linear import equilibrium, linearise
 from workbench.plant import build
-from workbench.plant.effects import LIBRARY, find, resolve
+from workbench.plant.effects import LIBRARY, applies, find, resolve
 from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig
 
 CREEP = 2e-3  # m/s, of the docstrings
 FORMULAS = ("coulomb", "stribeck", "lugre")
@@ -168,6 +169,7 @@ def test_an_effect_is_documented_and_its_plant_runs(rig, effect):
         assert number.low <= number.typical <= number.high
         assert number.meaning
         to_si(1.0, number.shown, number.si)
+    rig = rig if applies(effect, rig) else load_rig("festo-tp511")
     plant = build(replace(rig, effects=(EffectUse(effect.name, effect.formula, {}),)))
     assert {effect.key(number.name) for number in effect.numbers} <= set(plant.parameters)
     assert {effect.key(state.name) for state in effect.states} <= {state.name for state in plant.states}

@@ -1,9 +1,11 @@
 """The library of effects: each formula with its equation, its numbers, where it acts and what shows it."""
 
 import inspect
+from collections.abc import Sequence
 from itertools import groupby
 
-from workbench.plant.effects import LIBRARY, PUMP_LIBRARY, Effect
+from workbench.plant.effects import LIBRARY, PUMP_LIBRARY, Effect, missing
+from workbench.rigs.valve import VALVES
 
 from .markdown import code, number, page, plain, table
 
@@ -29,7 +31,21 @@ def pages() -> dict[str, str]:
     parts = []
     for name, formulas in groupby((*LIBRARY, *PUMP_LIBRARY), key=lambda effect: effect.name):
         parts += [f"## {name}", *(part for effect in formulas for part in _formula(effect))]
-    return {"effects.md": page("Effects", _INTRODUCTION, *parts)}
+    return {"effects.md": page("Effects", _INTRODUCTION, *_kinds(), *parts)}
+
+
+def _kinds() -> list[str]:
+    """Every effect on every kind of valve: its formulas there, or why it has none."""
+    named = {
+        name: list(formulas) for name, formulas in groupby((*LIBRARY, *PUMP_LIBRARY), key=lambda effect: effect.name)
+    }
+    rows = [[code(name), *(_there(formulas, kind) for kind in VALVES)] for name, formulas in named.items()]
+    return ["## Effects and kinds of valve", table(("effect", *VALVES), rows)]
+
+
+def _there(formulas: Sequence[Effect], kind: str) -> str:
+    there = [effect.formula or "its formula" for effect in formulas if kind in effect.valves]
+    return "; ".join(there) or f"*has {missing(formulas[0], kind)}*"
 
 
 def _formula(effect: Effect) -> list[str]:

@@ -9,7 +9,7 @@ from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
-from .effects import Effect, applies, known_effects, resolve
+from .effects import Effect, applies, known_effects, missing, resolve
 from .jack import cell_forces, loader_force, specimen_force
 from .linear import build_linear
 from .orifice import root
@@ -143,7 +143,8 @@ def _check_slots(rig: Rig, effects: Sequence[Effect]) -> None:
             same = (e for e in known_effects(rig.effect_files) if e.name == effect.name)
             others = [e.formula for e in same if applies(e, rig)]
             hint = f'formula "{others[0]}" does' if others else "take it out"
-            raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve; {hint}")
+            why = f"which has {missing(effect, rig.valve)}"
+            raise InputError(f"rig {rig.name}: {effect.title} does not apply to a {rig.valve} valve, {why}; {hint}")
 
 
 def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) -> ca.SX:

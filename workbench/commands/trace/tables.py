@@ -15,7 +15,7 @@ from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Pass, Trace
 from ...identify.trace.localise import likely_equations
 from ...identify.trace.problem import EstimationProblem
-from ...plant.effects import Effect, acts, applies, known_effects
+from ...plant.effects import Effect, acts, applies, known_effects, missing
 from ...records.campaign import ROLES
 from ...report import Table
 from ...report.table import Cell
@@ -171,12 +171,13 @@ def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
     declared = {use.name for use in rig.effects}
     known = (*known_effects(rig.effect_files), *library)
     fit, able = ({effect.name for effect in known if of(effect, rig)} for of in (applies, acts))
+    kinds = {effect.name: effect for effect in reversed(known)}
     rows = []
     for name in dict.fromkeys(effect.name for effect in known):
         if name in declared:
             rows.append([name, "the rig file declares it"])
         elif name not in fit:
-            rows.append([name, f"a {rig.valve} valve has no place for it"])
+            rows.append([name, f"a {rig.valve} valve has {missing(kinds[name], rig.valve)}"])
         elif name not in able:
             rows.append([name, "the rig has nothing that it acts on"])
         elif name not in named:

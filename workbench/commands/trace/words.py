@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.units import from_si
 from ...base.words import agreed, counted, listed
 from ...identify.found.alike import explain_alike
-from ...identify.found.fitted import fitted, not_physical, pinned_sentence
+from ...identify.found.fitted import effect_numbers, fitted, not_physical, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
@@ -77,7 +78,9 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     beyond = [each.number.name for each in wrong]  # the rig's own stands at the end from which another one was found
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     ends = [name for name in ends if name not in beyond]
-    text += "".join(_strange(fit.candidate.effect, trace) for fit in trace.effects)
+    text += "".join(
+        _strange(fit.candidate.effect, trace) + _at_end(fit.candidate.effect, trace) for fit in trace.effects
+    )
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     if ends or trace.verdict in ("incomplete", "unknown"):
@@ -109,6 +112,18 @@ def _strange(effect: Effect, trace: Trace) -> str:
     if not below:
         return ""
     return f" Careful: {title(effect)} is fitted with {listed(below)}, which is not physical: its shape is another."
+
+
+def _at_end(effect: Effect, trace: Trace) -> str:
+    """A warning where fitted numbers stand at an end of what a fit may search, but for off."""
+    fit = trace.named.fit
+    ends = [n for n in effect.fitted if effect.key(n.name) in fit.at_bounds]
+    values = effect_numbers(effect, fit) if ends else {}
+    ends = [n for n in ends if values[n.name] != n.off]
+    if not ends:
+        return ""
+    said = listed([f"{n.name} at {from_si(values[n.name], n.shown, n.si):.3g} {n.shown}" for n in ends])
+    return f" Careful: {title(effect)} is fitted with {said}, the end of its range: the rig may be beyond it."
 
 
 def _acts(effect: Effect) -> str:

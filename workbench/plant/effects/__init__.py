@@ -17,7 +17,7 @@ numbers                     described numbers that are others, as candidates bes
 from .decorator import effect, number, state
 from .effect import EQUATIONS, Effect, EffectInput, EffectNumber, EffectState, Scope
 from .grammar import FormulaShape, formula_shape, refine
-from .known import LIBRARY, PUMP_LIBRARY, acts, applies, find, known_effects, load_effects, numbers_of, resolve
+from .known import LIBRARY, PUMP_LIBRARY, acts, applies, find, known_effects, load_effects, missing, numbers_of, resolve
 from .learned_pieces import learned
 from .natural import natural_samples
 from .numbers import number_effects
@@ -47,6 +47,7 @@ __all__ = [
     "known_effects",
     "learned",
     "load_effects",
+    "missing",
     "natural_samples",
     "number",
     "number_effects",

@@ -21,8 +21,9 @@ from .decorator import check, declared
 from .effect import Effect, EffectNumber
 from .grammar import LEARNED, refined_by
 from .learned_pieces import find_learned
+from .slots import without
 
-_ALONG = ("drive", "pilot", "friction", "lands", "supply", "air", "leakage", "load", "compliance", "sensor")
+_ALONG = ("drive", "pilot", "friction", "rate", "lands", "supply", "air", "leakage", "load", "compliance", "sensor")
 _PUMPS = {kind.name for kind in VALVES.values() if not kind.has_lands}
 
 
@@ -48,6 +49,14 @@ def acts(effect: Effect, rig: Rig) -> bool:
     """Whether it applies and the corrector of this rig has what it acts on: losses need a motor."""
     needed = rig.valve_kind.slot_numbers
     return applies(effect, rig) and all(needed[slot] in rig.numbers for slot in effect.laws if slot in needed)
+
+
+def missing(effect: Effect, kind: str) -> str:
+    """Why an effect's formula is not on a kind of valve, to be read after "a ... valve has"; empty where it is."""
+    if kind in effect.valves:
+        return ""
+    sought = f"no place for it: it is sought on {' and '.join(effect.kinds)} alone"
+    return without(kind, effect.laws) or sought
 
 
 def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:

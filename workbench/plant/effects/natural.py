@@ -95,20 +95,22 @@ _velocity = partial(NaturalVariable, "velocity", "m/s", "m/s", read=_given("velo
 _position = partial(NaturalVariable, "position", "m", "mm", read=_given("position"))
 _drop = partial(NaturalVariable, "drop", "Pa", "bar", 1e7, 1e9, 2e5)
 _current = NaturalVariable("current", "A", "mA", 0.02, 20.0, 5e-4, _passing, passes=True, crowding=2)
+_SPOOL_VELOCITY = NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=3)
 _pressure = partial(NaturalVariable, "pressure", "Pa", "bar", 2e7, 1e9, None)
 _opening = partial(NaturalVariable, "opening", "m", "mm", 2e-3, 0.1, 1e-5, crowding=2)
 
 _PISTON = (_velocity(1.0, 50.0, 5e-3), _position(0.1, 50.0, 2e-3))
 _FORCE = Passage((Part("N", 1e4),), _PISTON)
 _AMPERES = Passage((Part("A", 0.02),), (_current,), signal=True)
+_COMMAND = Passage(
+    (Part("1", 1.0),),
+    (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True, crowding=2),),
+    signal=True,
+)
 _TRANSDUCER = Passage((Part("Pa", 1e7, 1e7),), (_pressure(_passing, passes=True),), signal=True)
 
 PASSAGES: Mapping[str, Passage] = {
-    "command": Passage(
-        (Part("1", 1.0),),
-        (NaturalVariable("command", "1", "1", 1.0, 10.0, 0.02, _passing, passes=True, crowding=2),),
-        signal=True,
-    ),
+    "command": _COMMAND,
     "corrector": Passage(
         (Part("1", 1.0),),
         (NaturalVariable("error", "1", "1", 0.2, 10.0, 0.02, _given("error"), crowding=2),),
@@ -119,10 +121,13 @@ PASSAGES: Mapping[str, Passage] = {
     "main_friction": Passage(
         (Part("N", 1e3),),
         (
-            NaturalVariable("spool_velocity", "m/s", "m/s", 0.2, 50.0, 5e-4, _given("velocity"), crowding=3),
+            _SPOOL_VELOCITY,
             NaturalVariable("spool", "m", "mm", 2e-3, 0.1, 1e-5, _given("spool"), crowding=2),
         ),
     ),
+    "magnet": _COMMAND,
+    "spool_friction": Passage((Part("1", 0.1),), (_SPOOL_VELOCITY,)),
+    "spool_speed": Passage((Part("m/s", 0.1),), (), signal=True),
     "main_openings": Passage((Part("m", 1e-3),) * 2, (_opening(_given("spool"), passes=True),), signal=True),
     "main_flows": Passage((Part("m^3/s", 1e-3),) * 2, (_opening(_given("opening")),)),
     "supply": Passage(

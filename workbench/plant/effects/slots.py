@@ -22,7 +22,12 @@ _VALVE = {
     "corrector": Slot("output of the spool loop over rated current [1]", ("error", "spool", "gain", "limit")),
     "current": Slot("pilot current [A], as measured", ("limit",)),
     "motor_current": Slot("current [A] that makes torque in the motor"),
+    "magnet": Slot("command [1] that acts on the spool, behind the magnet or torque motor that is not modelled"),
+    "spool_speed": Slot("speed [m/s] that the drive asks of the spool", ("travel", "velocity")),
     "main_friction": Slot("dry friction [N] against the main spool's motion", ("spool", "velocity")),
+    "spool_friction": Slot(
+        "dry friction [1] against the spool's motion, over the drive's force at full command", ("velocity",)
+    ),
     "main_openings": Slot("openings (o(z), o(-z)) [m] of the main lands", ("spool", "lap", "travel")),
     "main_flows": Slot("flows (into A, out of B) [m^3/s] of one valve", ("opening",)),
     "direction": Slot("direction [1] that the solenoids are asked for: 1 pump to A, -1 to B, 0 off"),
@@ -74,3 +79,33 @@ def valves_with(slots: Iterable[str]) -> frozenset[str]:
     """The kinds of valve whose plant has all these slots."""
     inside = _VALVE.keys() & set(slots)
     return frozenset(name for name, kind in VALVES.items() if inside <= set(kind.slots))
+
+
+_OF_A_PUMP = {
+    "direction",
+    "pump_flow",
+    "delivery_drop",
+    "accumulator",
+    "gas_stiffness",
+    "motor_losses",
+    "hoses",
+    "loader",
+}
+_OF_A_PILOT = {"current", "motor_current", "main_friction"}
+_OF_A_DATASHEET = {"magnet", "spool_friction"}
+
+
+def without(kind: str, slots: Iterable[str]) -> str:
+    """What a kind of valve lacks of these slots, to be read after "a ... valve has"; empty where it has them all."""
+    lacking = (_VALVE.keys() & set(slots)) - set(VALVES[kind].slots)
+    if not lacking:
+        return ""
+    if lacking <= _OF_A_PUMP:
+        return "no direction valves" if "pump_flow" in VALVES[kind].slots else "no pump in its place"
+    if "pump_flow" in VALVES[kind].slots:
+        return "no spool: a pump displaces the oil"
+    if lacking <= _OF_A_PILOT:
+        return "no pilot with a current in its model"
+    if lacking <= _OF_A_DATASHEET:
+        return "a pilot in its model, which has the effect itself"
+    return "a pilot in its model, whose flow limits the spool's speed"

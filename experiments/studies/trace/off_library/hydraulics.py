@@ -28,6 +28,12 @@ def _inert_line(_: None, s: Scope) -> None:
     s.rate("rate", (s.p("R") * s["flow"] - s.x("drop") - 2 * s.p("zeta") * s.x("rate")) / s.p("tau"))
 
 
+def _giving_way(_: None, s: Scope) -> None:
+    """tau drop' = (P + drop) r^8/(1 + r^8) - drop, r = Q/(share Qr): a pump whose pressure gives way about its end."""
+    ratio = (s["flow"] / s["rated"] / s.p("share")) ** 8
+    s.rate("drop", ((s["supply"] + s.x("drop")) * ratio / (1 + ratio) - s.x("drop")) / s.p("tau"))
+
+
 def _exponential(modulus: ca.SX, s: Scope) -> ca.SX:
     """K = beta [1 - a exp(-p/p1)]."""
     return modulus * (1 - s.p("a") * ca.exp(-ca.fmax(s["pressure"], 0) / s.p("p1")))
@@ -81,6 +87,17 @@ EFFECTS = (
             EffectNumber("zeta", "1", "1", 0.4, 0.2, 1.0, "damping"),
         ),
         (_DROP, EffectState("rate", "Pa", 1e6)),
+    ),
+    off_library(
+        "supply.limit",
+        "gives way",
+        "Ivantysyn, Ivantysynova, Hydrostatic Pumps and Motors, Akademia Books 2001: pressure compensator",
+        {"supply": _sagged, "supply_flow": _giving_way},
+        (
+            size("share", "1", 0.05, 1.0, "flow over rated flow at half the pressure"),
+            shape("tau", "s", 5e-3, "of the line"),
+        ),
+        (_DROP,),
     ),
     off_library(
         "oil.air",

@@ -1,6 +1,7 @@
 """Drive effects, between the command and the pilot current: timing, a current limit, a corrector nobody declared."""
 
 from dataclasses import replace
+from functools import partial
 
 import casadi as ca
 
@@ -14,6 +15,8 @@ _LARGE = "large steps of the command, with current recorded"
 _FILTER = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998: prefilter"
 _PID = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: filtered derivative, back-calculation with Tt = Ti"
 _ON_SPOOL = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: derivative of the process variable, c = 0"
+
+_WITHOUT_CURRENT = ("second-order", "pump", "two-way-pump")  # kinds whose drive ends in a command of 1
 
 _TAU = number("tau", 1e-3, "s", shown="ms", low=0.0, high=2e-2, off=0.0, meaning="time constant")
 _KI = number("ki", 40.0, "1/s", low=0.0, high=500.0, off=0.0, meaning="integral rate 1/Ti")
@@ -98,95 +101,108 @@ def command_filter(command: ca.SX, s: Scope) -> ca.SX:
     return first_order(command, s, "c")
 
 
-@effect(
-    "drive.lag",
-    "two poles",
-    equation="drive",
-    family=_TIMING,
-    slot="current",
-    source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil driven by an amplifier with current feedback",
-    shows=_FAST,
-    numbers=(
-        replace(_TAU, typical=5e-4, high=1e-2, meaning="1/(2 pi) of the period"),
-        number("zeta", 0.8, "1", low=0.3, high=2.0, meaning="damping ratio"),
-    ),
-    states=(state("i", "A", 0.02), state("i_rate", "A", 0.02)),
-)
-def two_poles(current: ca.SX, s: Scope) -> ca.SX:
-    """tau^2 i'' + 2 zeta tau i' + i = demand."""
-    return second_order(current, s, "i")
-
-
-@effect(
-    "drive.saturation",
-    "hard",
-    equation="drive",
-    slot="current",
-    source="Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: actuator saturation",
-    shows=_LARGE,
-    numbers=(_SHARE,),
-)
-def hard(current: ca.SX, s: Scope) -> ca.SX:
-    """|i| <= share * declared limit."""
-    top = s.p("share") * s["limit"]
-    return ca.fmax(ca.fmin(current, top), -top)
-
-
-@effect(
-    "drive.saturation",
-    "one-sided",
-    equation="drive",
-    slot="current",
-    source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 15: push-pull stage, one transistor a half wave",
-    shows=_LARGE,
-    numbers=(
-        replace(_SHARE, meaning="higher limit over the declared one"),
-        number(
-            "less", 0.4, "1", low=-0.95, high=0.95, off=0.0, meaning="what the upper limit, below 0 the lower, lacks"
+def _two_poles(slot: str, title: str, unit: str, scale: float, kinds: tuple[str, ...]) -> Effect:
+    @effect(
+        "drive.lag",
+        title,
+        equation="drive",
+        family=_TIMING,
+        slot=slot,
+        source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil driven with current feedback",
+        shows=_FAST,
+        numbers=(
+            replace(_TAU, typical=5e-4, high=1e-2, meaning="1/(2 pi) of the period"),
+            number("zeta", 0.8, "1", low=0.3, high=2.0, meaning="damping ratio"),
         ),
-    ),
+        states=(state("i", unit, scale), state("i_rate", unit, scale)),
+        kinds=kinds,
+    )
+    def two_poles(current: ca.SX, s: Scope) -> ca.SX:
+        """tau^2 i'' + 2 zeta tau i' + i = demand."""
+        return second_order(current, s, "i")
+
+    return two_poles
+
+
+two_poles = _two_poles("current", "two poles", "A", 0.02, ())
+command_two_poles = _two_poles("command", "command two poles", "1", 1.0, _WITHOUT_CURRENT)
+
+
+def _saturations(slot: str, title: str, kinds: tuple[str, ...], shows: str) -> tuple[Effect, ...]:
+    """The formulas of drive.saturation for the pilot's current, whose limit is declared, or for the command, at 1."""
+
+    def limit(s: Scope) -> ca.SX:
+        return s["limit"] if slot == "current" else ca.SX(1)
+
+    here = partial(effect, "drive.saturation", equation="drive", slot=slot, shows=shows, kinds=kinds)
+
+    @here(
+        f"{title}hard",
+        source="Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: actuator saturation",
+        numbers=(_SHARE,),
+    )
+    def hard(current: ca.SX, s: Scope) -> ca.SX:
+        """|i| <= share * declared limit."""
+        top = s.p("share") * limit(s)
+        return ca.fmax(ca.fmin(current, top), -top)
+
+    @here(
+        f"{title}one-sided",
+        source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 15: push-pull stage, one transistor a half wave",
+        numbers=(
+            replace(_SHARE, meaning="higher limit over the declared one"),
+            number(
+                "less",
+                0.4,
+                "1",
+                low=-0.95,
+                high=0.95,
+                off=0.0,
+                meaning="what the upper limit, below 0 the lower, lacks",
+            ),
+        ),
+    )
+    def one_sided(current: ca.SX, s: Scope) -> ca.SX:
+        """-share (1 + min(less, 0)) declared limit <= i <= share (1 - max(less, 0)) declared limit."""
+        top = s.p("share") * limit(s)
+        up, down = 1 - ca.fmax(s.p("less"), 0), 1 + ca.fmin(s.p("less"), 0)
+        return ca.fmax(ca.fmin(current, up * top), -down * top)
+
+    @here(
+        f"{title}soft",
+        source="Rapp, 2nd European Conference on Satellite Communications, 1991: smooth saturation, p = 1",
+        numbers=(
+            number(
+                "c", 100.0, "1", low=0.0, high=2500.0, off=0.0, meaning="(declared limit over the current tended to)^2"
+            ),
+        ),
+    )
+    def soft(current: ca.SX, s: Scope) -> ca.SX:
+        """i = demand/sqrt(1 + c (demand/limit)^2), limit the declared one: it tends to limit/sqrt(c)."""
+        ratio = current / limit(s)
+        return current / ca.sqrt(1 + s.p("c") * ratio * ratio)
+
+    @here(
+        f"{title}rapp",
+        source="Rapp, 2nd European Conference on Satellite Communications, 1991",
+        numbers=(
+            number("c", 1.0, "1", low=0.0, high=1e4, off=0.0, meaning="(limit/10 over the current tended to)^(2 m)"),
+            number("m", 2.0, "1", low=0.7, high=6.0, meaning="sharpness of the knee", tried=(1.0, 4.0)),
+        ),
+    )
+    def rapp(current: ca.SX, s: Scope) -> ca.SX:
+        """i = demand/(1 + c (10 |demand|/limit)^(2 m))^(1/(2 m)), limit the declared one."""
+        twice = 2 * s.p("m")
+        ratio = 10 * ca.fabs(current) / limit(s) + 1e-12
+        return current / (1 + s.p("c") * ratio**twice) ** (1 / twice)
+
+    return hard, one_sided, soft, rapp
+
+
+hard, one_sided, soft, rapp = _saturations("current", "", (), _LARGE)
+command_hard, command_one_sided, command_soft, command_rapp = _saturations(
+    "command", "command ", _WITHOUT_CURRENT, "large steps of the command, with spool, position or pressures recorded"
 )
-def one_sided(current: ca.SX, s: Scope) -> ca.SX:
-    """-share (1 + min(less, 0)) declared limit <= i <= share (1 - max(less, 0)) declared limit."""
-    top = s.p("share") * s["limit"]
-    up, down = 1 - ca.fmax(s.p("less"), 0), 1 + ca.fmin(s.p("less"), 0)
-    return ca.fmax(ca.fmin(current, up * top), -down * top)
-
-
-@effect(
-    "drive.saturation",
-    "soft",
-    equation="drive",
-    slot="current",
-    source="Rapp, 2nd European Conference on Satellite Communications, 1991: amplifier that saturates smoothly, p = 1",
-    shows=_LARGE,
-    numbers=(
-        number("c", 100.0, "1", low=0.0, high=2500.0, off=0.0, meaning="(declared limit over the current tended to)^2"),
-    ),
-)
-def soft(current: ca.SX, s: Scope) -> ca.SX:
-    """i = demand/sqrt(1 + c (demand/limit)^2), limit the declared one: it tends to limit/sqrt(c)."""
-    ratio = current / s["limit"]
-    return current / ca.sqrt(1 + s.p("c") * ratio * ratio)
-
-
-@effect(
-    "drive.saturation",
-    "rapp",
-    equation="drive",
-    slot="current",
-    source="Rapp, 2nd European Conference on Satellite Communications, 1991",
-    shows=_LARGE,
-    numbers=(
-        number("c", 1.0, "1", low=0.0, high=1e4, off=0.0, meaning="(limit/10 over the current tended to)^(2 m)"),
-        number("m", 2.0, "1", low=0.7, high=6.0, meaning="sharpness of the knee", tried=(1.0, 4.0)),
-    ),
-)
-def rapp(current: ca.SX, s: Scope) -> ca.SX:
-    """i = demand/(1 + c (10 |demand|/limit)^(2 m))^(1/(2 m)), limit the declared one."""
-    twice = 2 * s.p("m")
-    ratio = 10 * ca.fabs(current) / s["limit"] + 1e-12
-    return current / (1 + s.p("c") * ratio**twice) ** (1 / twice)
 
 
 def _lead(demand: ca.SX, s: Scope, signal: str, sign: int = 1) -> ca.SX:

@@ -1,10 +1,12 @@
 """Dry friction: of the jack's seals and bearings (jack.friction) and of the main spool in its bore (main.stiction).
 
 Force [N] against the velocity v [m/s], beside the viscous force that the base plant has. One set of formulas serves
-both; they differ in the speed v0 over which the Coulomb step is spread and in what is typical.
+both; they differ in the speed v0 over which the Coulomb step is spread and in what is typical. The spool of a valve
+that is known by its datasheet has no mass: there the force is over that of its drive at full command, and the formulas
+are "relative ...".
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import casadi as ca
@@ -30,6 +32,9 @@ class _Rubbing:
     highest: float
     stribeck: tuple[float, float, float]
     bristle: tuple[float, float, float]
+    unit: str = "N"
+    shown: str = "N"
+    title: str = ""
 
 
 _JACK = _Rubbing(
@@ -56,6 +61,16 @@ _SPOOL = _Rubbing(
     stribeck=(5e-3, 2e-4, 0.2),
     bristle=(2e-6, 1e-7, 1e-4),
 )
+_DATASHEET_SPOOL = replace(
+    _SPOOL,
+    slot="spool_friction",
+    shows="slow triangles of the command, and small steps about a held opening, with spool or position recorded",
+    typical=0.02,
+    highest=0.3,
+    unit="1",
+    shown="%",
+    title="relative ",
+)
 
 
 def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
@@ -65,7 +80,7 @@ def _peak(velocity: ca.SX, s: Scope) -> ca.SX:
 
 
 def _numbers(of: _Rubbing) -> dict[str, EffectNumber]:
-    force = partial(number, si="N", low=0.0, off=0.0, dry=True)
+    force = partial(number, si=of.unit, shown=of.shown, low=0.0, off=0.0, dry=True)
     fc = force("Fc", of.typical, high=of.highest, meaning="Coulomb friction")
     fs = force("Fs", 1.5 * of.typical, high=2 * of.highest, meaning="break-away friction", at_least="Fc")
     vs, d = (dict(zip(("typical", "low", "high"), r, strict=True)) for r in (of.stribeck, of.bristle))
@@ -88,19 +103,19 @@ def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
 
     here = partial(effect, of.name, equation=of.equation, family=of.family, slot=of.slot, shows=of.shows)
 
-    @here("coulomb", source=_ARMSTRONG, numbers=take("Fc"))
+    @here(f"{of.title}coulomb", source=_ARMSTRONG, numbers=take("Fc"))
     def coulomb(friction: ca.SX, s: Scope) -> ca.SX:
         """F = Fc tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
         return friction + s.p("Fc") * ca.tanh(s["velocity"] / of.creep)
 
-    @here("stribeck", source=_ARMSTRONG, numbers=take("Fc", "Fs", "vs"))
+    @here(f"{of.title}stribeck", source=_ARMSTRONG, numbers=take("Fc", "Fs", "vs"))
     def stribeck(friction: ca.SX, s: Scope) -> ca.SX:
         """F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0), v0 = 2 mm/s for a jack, 0.2 mm/s for a spool."""
         level = s.p("Fc") + (s.p("Fs") - s.p("Fc")) * _peak(s["velocity"], s)
         return friction + level * ca.tanh(s["velocity"] / of.creep)
 
     @here(
-        "lugre",
+        f"{of.title}lugre",
         source=_CANUDAS,
         numbers=take("Fc", "ratio", "vs", "d", "td"),
         states=(state("z", "1", 1.0, memory=True),),
@@ -120,4 +135,5 @@ def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
 
 
 spool_coulomb, spool_stribeck, spool_lugre = _formulas(_SPOOL)
+relative_coulomb, relative_stribeck, relative_lugre = _formulas(_DATASHEET_SPOOL)
 jack_coulomb, jack_stribeck, jack_lugre = _formulas(_JACK)

@@ -9,6 +9,7 @@ from ..effect import EffectNumber, Scope
 _Pair = tuple[ca.SX, ca.SX]
 
 _ALIVE = 0.01  # of the travel acts inside a dead zone: without any, nothing there leads to an equilibrium outside it
+_SUDDEN = 2e-3  # of full command, over which a drive jumps
 _NULL = "slow triangles and small steps of the command through null, with spool recorded"
 _BOTH_WAYS = "steady moves in both directions at several openings, with spool and position recorded"
 _MERRITT = "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5: flow gain of a valve, with gains of its own a side"
@@ -16,7 +17,7 @@ _LAP = "lap of Salazar Garcia et al., ICINCO 2007, shifted; leak of Eryilmaz, Wi
 _DEAD_ZONE = "Tao, Kokotovic, IEEE Trans. Automatic Control 39(1), 1994: dead zone"
 
 _OVERLAP = number(
-    "overlap", 0.02, "1", shown="%", low=0.0, high=0.3, off=0.0, meaning="overlap of the lands over full travel"
+    "overlap", 0.02, "1", shown="%", low=0.0, high=0.6, off=0.0, meaning="overlap of the lands over full travel"
 )
 _A = number(
     "a",
@@ -69,6 +70,10 @@ def _laps(z: ca.SX, s: Scope) -> _Pair:
 )
 def dead_zone(_: _Pair, s: Scope) -> _Pair:
     """o(z) = lap(z - 0.99 sat(z, d)), d = overlap * travel: within +-d the lands leak nearly as they do at null."""
+    return _dead_zone(s)
+
+
+def _dead_zone(s: Scope) -> _Pair:
     z, overlap = s["spool"], s.p("overlap") * s["travel"]
     return _laps(z - (1 - _ALIVE) * ca.fmax(ca.fmin(z, overlap), -overlap), s)
 
@@ -97,6 +102,29 @@ def smooth_dead_zone(_: _Pair, s: Scope) -> _Pair:
     """
     z, overlap, width = s["spool"], s.p("overlap") * s["travel"], s.p("width") * s["travel"]
     return _laps(_softplus(z - overlap, width) - _softplus(-z - overlap, width), s)
+
+
+def _jump(command: ca.SX, s: Scope) -> ca.SX:
+    """u + jump tanh(u/0.002)."""
+    return command + s.p("jump") * ca.tanh(command / _SUDDEN)
+
+
+@effect(
+    "main.deadband",
+    "linear, with jump",
+    equation="flow",
+    slot="main_openings",
+    also={"command": _jump},
+    source=f"{_DEAD_ZONE}: its inverse in the drive",
+    shows=_NULL,
+    numbers=(
+        _OVERLAP,
+        number("jump", 0.01, "1", shown="%", low=0.0, high=0.6, off=0.0, meaning="what the drive adds to its command"),
+    ),
+)
+def compensated_dead_zone(_: _Pair, s: Scope) -> _Pair:
+    """The openings of the formula "linear", behind a drive that jumps over the dead band: u + jump tanh(u/0.002)."""
+    return _dead_zone(s)
 
 
 @effect(

@@ -1,4 +1,5 @@
-"""supply.sag: the pressure at the valve falls with the flow that it draws. State `drop` [Pa] below the declared Ps.
+"""supply.sag and supply.limit: the pressure at the valve falls with the flow that it draws, or where the pump
+ends. State `drop` [Pa] below the declared Ps.
 
 Flows are over the rated one of all valves, at full command and 70 bar, so that the numbers suit a rig of any size. Line
 and manifold are a first-order lag of the drop, so that a resistance of 0 leaves the declared supply.
@@ -9,10 +10,12 @@ from functools import partial
 import casadi as ca
 
 from ..decorator import effect, number, state
-from ..effect import Scope
+from ..effect import EffectNumber, Scope
 
 _BAND = 5e5  # Pa: a pressure-compensated pump goes from no to full delivery over about this much
 _ADIABATIC = 1.4
+_STEEP = 0.05  # of rated flow, over which a pump at its end loses its pressure
+_LEAST = 1e-3  # of rated flow, below which no power limiter acts
 _SAG = number("sag", 5e6, "Pa", shown="bar", low=0.0, high=2e8, off=0.0, meaning="drop of the supply at rated flow")
 _TAU = number("tau", 5e-3, "s", shown="ms", low=1e-4, high=1.0, meaning="time constant of line and manifold")
 
@@ -75,3 +78,42 @@ def accumulator(_: None, s: Scope) -> None:
     left = ca.fmax(s["supply"] / full, 1e-3)
     missing = s["flow"] / s["rated"] - s.p("pump") * ca.tanh(drop / _BAND)
     s.rate("drop", s.p("rate") * _ADIABATIC * full * left ** (1 + 1 / _ADIABATIC) * missing)
+
+
+_WATTON = "Watton, Fundamentals of Fluid Power Control, Cambridge 2009, ch. 2: pump characteristic"
+_limit = partial(
+    effect,
+    "supply.limit",
+    equation="flow",
+    slot="supply_flow",
+    also={"supply": _sagged},
+    shows="long moves at several large openings up to full command, with supply or position recorded",
+    states=(state("drop", "Pa", 1e6),),
+    kinds=_KINDS,
+)
+
+
+def _end(meaning: str) -> EffectNumber:
+    return number(
+        "share", 0.1, "1", shown="%", low=0.01, high=3.0, off=3.0, meaning=meaning, tried=(0.03, 0.25, 0.5, 1.0)
+    )
+
+
+@_limit("flow", source=f"{_WATTON}, full delivery", numbers=(_end("largest flow of the pump over rated flow"), _TAU))
+def largest_flow(_: None, s: Scope) -> None:
+    """tau drop' = (P + drop) max(Q/Qr - share, 0)/0.05 - drop: beyond its flow the pressure is gone within 5 %."""
+    full = s["supply"] + s.x("drop")
+    beyond = ca.fmax(s["flow"] / s["rated"] - s.p("share"), 0)
+    s.rate("drop", (full * beyond / _STEEP - s.x("drop")) / s.p("tau"))
+
+
+@_limit(
+    "power",
+    source=f"{_WATTON}, power limiter",
+    numbers=(_end("largest power of the pump over that of rated flow at full pressure"), _TAU),
+)
+def largest_power(_: None, s: Scope) -> None:
+    """tau drop' = (P + drop) max(1 - share Qr/Q, 0) - drop: the pressure falls so that P Q stays at its largest."""
+    full = s["supply"] + s.x("drop")
+    drawn = ca.fmax(s["flow"] / s["rated"], _LEAST)
+    s.rate("drop", (full * ca.fmax(1 - s.p("share") / drawn, 0) - s.x("drop")) / s.p("tau"))
