@@ -52,6 +52,7 @@ NAMES = (
     "scenario",
     "id",
     "name",
+    "formula",
     "record",
     "signal",
     "stiffness",
