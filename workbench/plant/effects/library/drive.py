@@ -12,6 +12,8 @@ from ..lag import first_order, second_order
 _TIMING = "drive timing"
 _FAST = "steps and fast multisine on the command, with current or spool recorded"
 _LARGE = "large steps of the command, with current recorded"
+_COIL = "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil driven by an amplifier with current feedback"
+_RAPP = "Rapp, 2nd European Conference on Satellite Communications, 1991"
 _FILTER = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998: prefilter"
 _PID = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: filtered derivative, back-calculation with Tt = Ti"
 _ON_SPOOL = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: derivative of the process variable, c = 0"
@@ -108,7 +110,7 @@ def _two_poles(slot: str, title: str, unit: str, scale: float, kinds: tuple[str,
         equation="drive",
         family=_TIMING,
         slot=slot,
-        source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6: coil driven with current feedback",
+        source=_COIL,
         shows=_FAST,
         numbers=(
             replace(_TAU, typical=5e-4, high=1e-2, meaning="1/(2 pi) of the period"),
@@ -170,7 +172,7 @@ def _saturations(slot: str, title: str, kinds: tuple[str, ...], shows: str) -> t
 
     @here(
         f"{title}soft",
-        source="Rapp, 2nd European Conference on Satellite Communications, 1991: smooth saturation, p = 1",
+        source=f"{_RAPP}: amplifier that saturates smoothly, p = 1",
         numbers=(
             number(
                 "c", 100.0, "1", low=0.0, high=2500.0, off=0.0, meaning="(declared limit over the current tended to)^2"
@@ -184,7 +186,7 @@ def _saturations(slot: str, title: str, kinds: tuple[str, ...], shows: str) -> t
 
     @here(
         f"{title}rapp",
-        source="Rapp, 2nd European Conference on Satellite Communications, 1991",
+        source=_RAPP,
         numbers=(
             number("c", 1.0, "1", low=0.0, high=1e4, off=0.0, meaning="(limit/10 over the current tended to)^(2 m)"),
             number("m", 2.0, "1", low=0.7, high=6.0, meaning="sharpness of the knee", tried=(1.0, 4.0)),

@@ -19,12 +19,13 @@ _PLAYS = 3
 
 @dataclass(frozen=True)
 class _Magnet:
-    """A place of hysteresis: slot, start of the formulas' names, unit, magnitude, half the width, what shows it."""
+    """A place of hysteresis: slot, start of the formulas' names, unit, signal, size, what shows it."""
 
     slot: str
     title: str
     unit: str
     shown: str
+    signal: str
     scale: float
     typical: float
     highest: float
@@ -36,6 +37,7 @@ _TORQUE_MOTOR = _Magnet(
     "",
     "A",
     "mA",
+    "current",
     scale=0.02,
     typical=2e-4,
     highest=5e-3,
@@ -46,6 +48,7 @@ _IN_FRONT = _Magnet(
     "magnet ",
     "1",
     "%",
+    "command",
     scale=1.0,
     typical=0.02,
     highest=0.25,
@@ -113,7 +116,7 @@ def _formulas(of: _Magnet) -> tuple[Effect, ...]:
                 shown=of.shown,
                 low=of.typical / 2,
                 high=2 * of.highest,
-                meaning="signal over which the loop turns",
+                meaning=f"{of.signal} over which the loop turns",
             ),
         ),
         states=(memory("w"), state("z", "1", 1.0, memory=True)),
