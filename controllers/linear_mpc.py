@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.control.law import LawController
 from workbench.control.linear_model import LinearObserver, ObservedPlant
-from workbench.control.mpc_qp import Braking, Limits, ReferenceGovernor, build_horizon
+from workbench.control.mpc_qp import Braking, MpcConstraints, ReferenceGovernor, build_horizon
 from workbench.control.planned_law import PlannedLaw, planned_law
 from workbench.control.protocol import design_numbers, number
 from workbench.rigs.linear_rig import LinearRig
@@ -40,7 +40,7 @@ class LinearMpc(LawController):
     def __init__(self, design: Design, period: float, plant: LinearRig) -> None:
         d, observer = design, LinearObserver(plant, design, period)
         law = observer.state_law(lq_gain(observer, d.error))
-        limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, np.inf)
+        limits = MpcConstraints(d.command, d.command_rate * period, d.stroke, d.speed, np.inf)
         samples = max(1, round(d.horizon / period))
         feedforward = np.full((samples, 1), law.follow)
         governor = ReferenceGovernor(observer, law.feedback, feedforward, Braking(d.stroke, d.speed, d.deceleration))

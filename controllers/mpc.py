@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.control.kalman_observer import JackObserver, ObservedJack, Observer, StateLaw
 from workbench.control.law import LawController
-from workbench.control.mpc_qp import Braking, Limits, ReferenceGovernor, build_horizon
+from workbench.control.mpc_qp import Braking, MpcConstraints, ReferenceGovernor, build_horizon
 from workbench.control.planned_law import PlannedLaw, planned_law
 from workbench.control.protocol import design_numbers, number
 
@@ -50,7 +50,7 @@ class Mpc(LawController):
         d, observer = design, JackObserver(design, period)
         gain = lq_gain(observer, d.error)
         law = StateLaw(np.append(gain, [1.0, 0.0]), float(gain @ observer.signals["position"][:-2]))
-        limits = Limits(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
+        limits = MpcConstraints(d.command, d.command_rate * period, d.stroke, d.speed, d.pressure)
         samples, preview = round(d.horizon / period), round(d.preview / period)
         feedforward = _feedforward(observer, d.error, law.follow, samples, preview)
         braking = Braking(_INSIDE * d.stroke, d.speed, _BRAKES * d.pressure / d.inertia)

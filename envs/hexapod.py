@@ -21,7 +21,7 @@ from workbench.rigs.platform import AXES, LEGS, Platform, leg_speeds, load_platf
 from .episodes import LaneEpisodes, Stepped
 from .loops import LaneLoops
 from .one_lane import OneLane, refuse_render_mode
-from .vector import Lanes, autoreset, checked_lanes
+from .vector import LaneVectorEnv, autoreset, checked_lanes
 
 BOUND = 2.0  # of a full scale
 CHANNELS = 5 * LEGS
@@ -171,7 +171,7 @@ class Hexapod(OneLane[HexapodCore]):
         self._wrap(HexapodCore(load_platform(platform), 1, ideal), _observation(), _action())
 
 
-class HexapodVector(Lanes[HexapodCore]):
+class HexapodVector(LaneVectorEnv[HexapodCore]):
     """Hexapod over `num_envs` lanes: lane i does what Hexapod with the same seed does.
 
     For `autoreset_mode` see JackPositionVector.

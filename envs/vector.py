@@ -21,7 +21,7 @@ from .task import load_task
 _NEXT_STEP = AutoresetMode.NEXT_STEP
 
 
-class Lanes(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[EpisodesT]):
+class LaneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray], Generic[EpisodesT]):
     """What all of them share: a shell over a core of `num_envs` lanes, with the observations of one."""
 
     core: EpisodesT
@@ -140,7 +140,7 @@ def checked_lanes(num_envs: int) -> int:
     return num_envs
 
 
-class _Jacks(Lanes[Core]):
+class _Jacks(LaneVectorEnv[Core]):
     """What both loops share."""
 
     loop: ClassVar[str]

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workbench.commands.common.run_folder import Run, open_run, resolved_config
+from workbench.commands.common.run_folder import RunFolder, open_run, resolved_config
 from workbench.report import Page, render
 
 COMMAND = {"command": "bench", "config": {"rigs": ["nominal", "mass+50"], "step": 1e-3}, "seed": 7}
 PAGE = Page("Bench", "It runs.", [])
 
 
-def finish(run: Run, value: object = 1.5, tables: Mapping[str, Mapping[str, np.ndarray]] | None = None) -> None:
+def finish(run: RunFolder, value: object = 1.5, tables: Mapping[str, Mapping[str, np.ndarray]] | None = None) -> None:
     run.finish({"rows": [{"value": value}]}, resolved_config(COMMAND), tables or {}, render(PAGE))
 
 
@@ -25,7 +25,7 @@ def complete(out: Path, value: object = 1.5, **options: Any) -> Path:
     return out
 
 
-def stop(out: Path, block: Callable[[Run], object]) -> None:
+def stop(out: Path, block: Callable[[RunFolder], object]) -> None:
     """Open a run, do `block` and be interrupted."""
 
     def interrupted() -> None:

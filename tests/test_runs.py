@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, strategies as st
 from made_runs import COMMAND, complete, finish, stop
 
-from workbench.commands.common.run_folder import Run, metrics_json, open_run, resolved_config, versions
+from workbench.commands.common.run_folder import RunFolder, metrics_json, open_run, resolved_config, versions
 
 # --- a whole run
 
@@ -92,7 +92,7 @@ def test_a_stage_comes_back_as_it_was_and_is_computed_once(tmp_path: Path):
         calls.append(1)
         return RESULT
 
-    def check(run: Run) -> None:
+    def check(run: RunFolder) -> None:
         got = run.stage("first", compute)
         np.testing.assert_equal(got, RESULT)
         assert [a.dtype for a in got["arrays"]] == [a.dtype for a in RESULT["arrays"]]
@@ -125,7 +125,7 @@ def another_bit(path: Path) -> None:
 def test_a_stage_that_cannot_be_read_as_it_was_written_is_computed_again(tmp_path: Path, kind: str, damage):
     calls = []
 
-    def check(run: Run) -> None:
+    def check(run: RunFolder) -> None:
         np.testing.assert_equal(run.stage("first", lambda: calls.append(1) or RESULT), RESULT)
 
     stop(tmp_path / "out", check)

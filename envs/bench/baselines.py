@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control.controller_spec import ControllerSpec
-from workbench.loop.batch import Lanes, play_lanes
+from workbench.loop.batch import BatchRun, play_lanes
 from workbench.loop.scenarios import Scenario
 
 from .core import TRIP, LaneScores
@@ -50,7 +50,7 @@ def controller_episodes(task: BenchTask, spec: ControllerSpec, count: int, seed:
 
 
 def _scored(
-    task: BenchTask, scenario: Scenario, run: Lanes, way: np.ndarray, command: np.ndarray
+    task: BenchTask, scenario: Scenario, run: BatchRun, way: np.ndarray, command: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """Returns, settling, overshoot and trips [lanes] of runs from commands [lanes], towards `way` [lanes]."""
     position, lanes = run.signals["position"], np.arange(len(way))

@@ -7,7 +7,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 
 from ..one_lane import OneJack, action_space, refuse_render_mode
-from ..vector import Lanes, autoreset, checked_lanes
+from ..vector import LaneVectorEnv, autoreset, checked_lanes
 from .core import BOUND, BenchCore, silent_policy
 from .task import load_bench_task
 
@@ -82,7 +82,7 @@ class JackBench(OneJack[BenchCore]):
         self._wrap_jack(core, _observation(past), render_mode, (core.task.plants.rig, "position", decision))
 
 
-class JackBenchVector(Lanes[BenchCore]):
+class JackBenchVector(LaneVectorEnv[BenchCore]):
     """JackBench over `num_envs` lanes: lane i does what JackBench with the same seed does.
 
     For `autoreset_mode` see JackPositionVector.

@@ -16,7 +16,7 @@ _TANGENTS = 8  # of the braking parabola
 
 
 @dataclass(frozen=True)
-class Limits:
+class MpcConstraints:
     """On the command [1] and its change in a period [1]; on position [m], speed [m/s] and |pa - pb| [Pa]."""
 
     command: float
@@ -40,7 +40,9 @@ class Horizon:
     soft: np.ndarray
 
 
-def build_horizon(observer: Observer, feedback: np.ndarray, limits: Limits, samples: int, moves: int) -> Horizon:
+def build_horizon(
+    observer: Observer, feedback: np.ndarray, limits: MpcConstraints, samples: int, moves: int
+) -> Horizon:
     """The horizon of the law u = feedforward - feedback x + c, feedback [n + 2], on an observed jack.
 
     The changes c last the longer the later they are. The command is limited where a change begins, and like the jack at

@@ -11,7 +11,7 @@ from ..engine import lazy_casadi as ca
 from ..engine.kernel import Kernel, KernelShape
 from .kalman_observer import Observer, StateLaw
 from .law import Law, flat_names, law_graphs
-from .mpc_qp import PRICE, Horizon, Limits, ReferenceGovernor
+from .mpc_qp import PRICE, Horizon, MpcConstraints, ReferenceGovernor
 from .planned_step import planned_step
 
 HUGE = 1e300  # what is more counts as not finite
@@ -36,7 +36,7 @@ class PlannedLaw:
     feedforward: np.ndarray
     governor: ReferenceGovernor
     horizon: Horizon
-    limits: Limits
+    limits: MpcConstraints
     turns: int
 
     @cached_property

@@ -30,7 +30,7 @@ _AVERAGED = 8e-3  # s
 
 
 @dataclass(frozen=True)
-class Played:
+class PlayedCourse:
     """A course as played: the run, the `level` of the controlled signal before it (SI), and the whole recordings, of
     standing and course and of the way back. `ended`: why it was cut short; `lost`: whether that was the link;
     `seconds`: what all of it took; `trip`: what tripped it, if it did, and `mark`: when
@@ -71,7 +71,7 @@ def play_course(
     noisy: bool = True,
     begins: Callable[[], None] = lambda: None,
     name: str = "the motion",
-) -> Played:
+) -> PlayedCourse:
     """From where the rig stands to `start` of the controlled signal (SI), None for where it stands, and from there,
     once it no longer creeps and `begins`, along deviations `reference` [k] from it, with a command `added` [k]; then
     back. `name`: of the motion."""
@@ -104,7 +104,7 @@ def play_course(
     seconds = (sum(len(run.rows) for run in runs) + waited * stand) * period
     run, last = runs[min(2, len(runs) - 1)], runs[-1]
     mark = None if run.trip is None else run.trip.t + float(whole.t[-1] - run.record.t[-1])
-    return Played(run, level, whole, back, last.ended, last.lost, seconds, last.trip, mark)
+    return PlayedCourse(run, level, whole, back, last.ended, last.lost, seconds, last.trip, mark)
 
 
 def ramp(rig: Rig, signal: str, first: float, last: float) -> np.ndarray:
@@ -166,7 +166,7 @@ def judge_played(
     told: tuple[LoopRun, Mapping[str, Any]],
     spec: ControllerSpec,
     scenario: Scenario,
-    played: Played,
+    played: PlayedCourse,
     setup: LoopSetup,
     loops: LinearLoops,
 ) -> Judged:

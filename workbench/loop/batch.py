@@ -21,7 +21,7 @@ CHUNK = 500  # lanes at a time: what they put out stays in memory, metrics are t
 
 
 @dataclass(frozen=True)
-class Lanes:
+class BatchRun:
     """What lanes did at k instants: `signals` [lanes, k] by name, commands sent and demanded [lanes, k].
 
     trip: the number in TRIPS of what tripped each lane's guard, 0 where nothing did. failed: lanes whose simulation
@@ -39,8 +39,8 @@ class Lanes:
     @classmethod
     def of(
         cls, out: np.ndarray, recorded: tuple[str, ...], failed: np.ndarray, remembered: np.ndarray | None = None
-    ) -> "Lanes":
-        """Of what compiled laws put out [lanes, k, j]: OUT, then what is recorded."""
+    ) -> "BatchRun":
+        """The run in the output of compiled laws [lanes, k, j], whose columns are OUT and then the recorded signals."""
         columns = dict(zip((*OUT, *recorded), np.moveaxis(out, 2, 0), strict=True))
         trip = np.nan_to_num(columns["trip"]).max(axis=1)
         signals = {name: columns[name] for name in recorded}
@@ -63,7 +63,7 @@ def run_lanes(
     inputs: Mapping[str, np.ndarray] | None = None,
     first: int = 0,
     added: np.ndarray | float = 0.0,
-) -> Iterator[tuple[slice, Lanes]]:
+) -> Iterator[tuple[slice, BatchRun]]:
     """Loops that start at rest at `points` on plants with parameters p [lanes, j], along deviations `reference` [k].
 
     Or [lanes, k]. One law for all, or one for each lane, such as designs of one controller: see `compiled_law`. A seed
@@ -82,7 +82,7 @@ def run_lanes(
 
 def play_lanes(
     engine: Engine, rig: Rig, controller: Controller, *lanes: Any, **rest: Any
-) -> Iterator[tuple[slice, Lanes]]:
+) -> Iterator[tuple[slice, BatchRun]]:
     """`run_lanes` of a controller's law. Raises ValueError for one that only computes in Python."""
     law = graph_law(controller)
     if law is None:
@@ -161,7 +161,7 @@ def _run_chunk(
     sensors: Sensors,
     chunk: LaneChunk,
     added: np.ndarray | float,
-) -> Lanes:
+) -> BatchRun:
     plant, points, p, k, measures = engine.plant, chunk.points, chunk.p, chunk.reference.shape[1], laws[0].measures
     readings = sensors.readings(chunk.outputs, chunk.normal[:, 0])
     measured = readings[:, [sensors.names.index(name) for name in measures]]
@@ -174,4 +174,4 @@ def _run_chunk(
     more = np.broadcast_to(added, asked.shape[:2])[..., None]
     rows = np.concatenate((asked, more, chunk.others, chunk.normal[:, 1:]), axis=2)
     batch, out = engine.run_sampled(ready.shape, points.x, ready.durations, state, rows, numbers, every=k, p=p)
-    return Lanes.of(out, ready.shape.recorded, ~batch.ok, ready.remembered(laws[0], state))
+    return BatchRun.of(out, ready.shape.recorded, ~batch.ok, ready.remembered(laws[0], state))

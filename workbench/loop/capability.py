@@ -12,8 +12,9 @@ SHARE = 0.8  # of force and flow that a planned motion takes: the rest is the lo
 
 @dataclass(frozen=True)
 class Capability:
-    """Of a rig in the weaker direction: acceleration from rest `a0` [m/s^2], steady speed `v0` [m/s] at full command,
-    both without a load; the speed limit [m/s], and the natural frequency [Hz] of the mass on the oil at mid stroke.
+    """A rig's acceleration from rest `a0` [m/s^2] and steady speed `v0` [m/s] at full command, both without a load and
+    in the weaker direction; its speed `limit` [m/s]; the natural frequency `mode` [Hz] of its mass on the oil at mid
+    stroke.
 
     The flow through the valve's lands goes with the root of the pressure that is left for them: at a speed v the
     acceleration is a0 (1 - (v/v0)^2) at most (Merritt, Hydraulic Control Systems, 1967, ch. 5). Braking throttles, up
@@ -73,7 +74,7 @@ def stall_force(rig: Rig, sign: float) -> float:
 
 
 def oil_stiffness(rig: Rig) -> float:
-    """Of both chambers [N/m] at mid stroke: the sum of beta A^2/V."""
+    """The stiffness of the oil in both chambers [N/m] at mid stroke: the sum of beta A^2/V."""
     areas = np.array(rig.areas)
     return float(np.sum(rig["beta"] * areas**2 / (np.array(rig.dead_volumes) + areas * rig["S"] / 2)))
 

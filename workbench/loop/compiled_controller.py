@@ -21,7 +21,7 @@ _OUT = 3  # what an instant gives: sent, demanded, trip
 
 
 class CompiledController:
-    """As GuardedController, of a law, on a rig whose readings have `signals`."""
+    """A law behind its guard, used like a GuardedController, on a rig whose readings have `signals`."""
 
     def __init__(self, rig: Rig, law: Law, signals: tuple[str, ...], noisy: bool) -> None:
         shape = guard_shape(rig, signals, law.measures)

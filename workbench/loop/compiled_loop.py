@@ -66,7 +66,7 @@ class CompiledLaw:
 
     @property
     def states(self) -> int:
-        """Of the law."""
+        """The number of the law's states."""
         return self.shape.graphs.states
 
     def remembered(self, law: Law, state: np.ndarray) -> np.ndarray | None:
@@ -125,7 +125,7 @@ def with_preview(reference: np.ndarray, ahead: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Instants:
+class LoopSamples:
     """What happened at k sampling instants: states of the plant x [k + 1, n]; commands sent, demanded and held [k].
 
     trip: why the guard tripped, or None. failed: the instant after which the simulation failed, or None. fallbacks: in
@@ -157,7 +157,7 @@ class CompiledLoop:
         self._sampled = law  # with all that its numbers refer to
         self.numbers, self.state = self.law.numbers([law], offset), self.law.start(x, u[None, :1])
 
-    def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> Instants:
+    def run(self, x: np.ndarray, reference: np.ndarray, added: np.ndarray, others: np.ndarray) -> LoopSamples:
         """From the state x [n], along a reference [k], a command that is added to the law's, added [k], and the plant's
         inputs but for the command, others [k, m - 1]."""
         law = self.law
@@ -170,7 +170,7 @@ class CompiledLoop:
         sent, demanded, held, trips = out[0].T
         trip = int(trips[failed])  # the last where nothing failed: -1
         reason = trip_reason(self._rig, trip) if trip else None
-        return Instants(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed, self._fallbacks())
+        return LoopSamples(batch.x[0], sent, demanded, held, reason, None if failed < 0 else failed, self._fallbacks())
 
     def _fallbacks(self) -> int | None:
         place = self._sampled.fallbacks

@@ -28,8 +28,8 @@ DRAWN = 4000  # plants that are drawn: every second at one of the positions, the
 
 @dataclass(frozen=True)
 class LinearWorst:
-    """Of linear loops at null and moving: growth of the unstable ones [1/period], summed; the largest Ms and the least
-    gain margin [dB] (inf: none crosses), NaN where one is unstable; and the plant that is worst."""
+    """The worst of linear loops at null and moving: the summed growth of the unstable ones [1/period], the largest Ms,
+    the least gain margin [dB] (inf where none crosses; both NaN where one is unstable), and the worst plant."""
 
     growth: float
     ms: float
@@ -99,7 +99,7 @@ class Envelope:
         return [*zip(parts, own, strict=False), (corner, corner.margins(controller))]
 
     def _worst_corner(self, margins: Sequence[LaneMargins]) -> PlantLanes:
-        """Of the margins of the nominal rig with its numbers at their ends."""
+        """The corner that the margins of the nominal rig with its numbers at their ends make the worst."""
         ms = np.max([np.nan_to_num(each.ms, nan=np.inf) for each in margins], axis=0) if margins else np.zeros(0)
         return self._corner(tuple((ms[1::2] > ms[::2]).tolist()))
 
@@ -170,7 +170,8 @@ def envelope(
     factors: Mapping[str, tuple[float, float]] | None = None,
     seed: int = 0,
 ) -> Envelope:
-    """Of rigs by name, the nominal one first, at shares of its stroke limit; plants drawn over `factors` and bounds.
+    """The envelope of rigs by name, the nominal one first, at shares of its stroke limit, with plants that are drawn
+    over `factors` and bounds.
 
     Raises InputError where there is no operating point, ValueError for rigs whose plants differ in more than numbers.
     """
@@ -265,12 +266,12 @@ def command_noise(lanes: PlantLanes, controller: Controller, signal: str) -> np.
 
 
 # controlled signal [lanes, k], what tripped [lanes], command [lanes, k], what is remembered [lanes, m]: m may be 0
-Played = Iterator[tuple[np.ndarray, ...]]
+LaneSignals = Iterator[tuple[np.ndarray, ...]]
 
 
 def _runs(
     lanes: PlantLanes, controller: Controller, asked: np.ndarray, scenario: Scenario, t: np.ndarray, seed: int | None
-) -> Played:
+) -> LaneSignals:
     """In lanes where the controller has such a form, else one plant after another."""
     inputs, signal = {} if scenario.moves_alone else scenario.inputs(t), scenario.signal
     if graph_law(controller) is None:
@@ -288,7 +289,7 @@ def _one_by_one(
     signal: str,
     inputs: Mapping[str, np.ndarray],
     seed: int | None,
-) -> Played:
+) -> LaneSignals:
     for lane, reference in enumerate(asked):
         plant = replace(lanes.engine.plant, p=lanes.p[lane])
         start = Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0)

@@ -30,7 +30,7 @@ def has_envelope(scenarios: Sequence[Scenario]) -> bool:
 
 
 def envelope_rigs(rigs: Mapping[str, Rig]) -> dict[str, Rig]:
-    """Of a set of rigs by name, the nominal one first, those that an envelope can have."""
+    """Those rigs of a set, by name and the nominal one first, that one envelope can hold."""
     nominal = next(iter(rigs.values()))
     return {name: rig for name, rig in rigs.items() if _alike(rig, nominal)}
 
@@ -153,7 +153,7 @@ def _alike(rig: Rig, nominal: Rig) -> bool:
 
 
 def _rig_names(lanes: Sequence[str]) -> list[str]:
-    """Of lanes that are named "rig at position"."""
+    """The rigs' names in the names of lanes, which are "rig at position"."""
     return [name.rsplit(" at ", 1)[0] for name in lanes]
 
 
@@ -234,7 +234,7 @@ def _weakest(row: EnvelopeRow) -> str:
 
 
 def _sooner(rows: Sequence[EnvelopeRow], best: EnvelopeRow) -> str:
-    """Of the controllers that settle sooner, the one that falls short least."""
+    """Words on the controller that settles sooner and falls short least; none where no controller settles sooner."""
     sooner = [row for row in rows if (row["settling_worst_s"] or np.inf) < best["settling_worst_s"]]
     if not sooner:
         return ""

@@ -33,7 +33,7 @@ _VALVE_LAG = 4e-3  # s: of a valve whose spool's frequency is not known
 
 
 @dataclass(frozen=True)
-class Carried:
+class LegLoad:
     """The mass [kg] that a leg moves goes by the direction: `most` is to be braked, `least` slows down fastest. `load`
     [N]: what the leg holds at rest, positive where it pushes; `cell` [kg] and `weight` [N]: the mass between its piston
     and its load cell, and what that weighs along the leg."""
@@ -55,7 +55,7 @@ def max_move_per_period(rig: Rig) -> float:
 
 
 def guard_shape(
-    rig: Rig, signals: Sequence[str], measures: Sequence[str], carried: Carried | None = None
+    rig: Rig, signals: Sequence[str], measures: Sequence[str], carried: LegLoad | None = None
 ) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
     read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
@@ -63,7 +63,7 @@ def guard_shape(
 
 
 def guard_numbers(
-    rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool, carried: Carried | None = None
+    rig: Rig, shape: GuardShape, measures: Sequence[str], noisy: bool, carried: LegLoad | None = None
 ) -> dict[str, float | np.ndarray]:
     """All numbers of the rules by name, SI, of a controller that needs `measures`, the controlled one first; rules that
     the rig cannot have are put out of reach. `carried`: by a leg of a platform."""
@@ -106,8 +106,8 @@ _UNKNOWN = {
 }
 
 
-def _brake_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
-    """Of a jack behind a spool: how it is braked in the direction in which it carries most, against what it holds."""
+def _brake_numbers(rig: Rig, carried: LegLoad | None) -> dict[str, float]:
+    """How a jack behind a spool is braked in the direction in which it carries most, against what it holds."""
     stall, most, full = _forces(rig)
     mass, least, load = (carried.most, carried.least, abs(carried.load)) if carried else (rig["M"], rig["M"], 0.0)
     left = left_to_brake(rig, carried) if carried else _BRAKING * most
@@ -120,14 +120,14 @@ def _brake_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
     }
 
 
-def left_to_brake(rig: Rig, carried: Carried) -> float:
+def left_to_brake(rig: Rig, carried: LegLoad) -> float:
     """Force [N] that a leg has left to brake with, beside what it holds."""
     most = _forces(rig)[1]
     return max(_LEFT * most, _BRAKING * most - abs(carried.load))
 
 
-def _moved_numbers(rig: Rig, carried: Carried | None) -> dict[str, float]:
-    """Of the mass between pressures and load cell: a jack's own, or a leg's rod."""
+def _moved_numbers(rig: Rig, carried: LegLoad | None) -> dict[str, float]:
+    """The mass between pressures and load cell, a jack's own or a leg's rod, and the forces on it."""
     if carried is None:
         stiffness = 0.0 if rig.load == ROD_CELL else rig["ks"]  # that all of a cell's reading is the force of
         return {"mass": rig["M"], "weight": 0.0, "drag": 0.0, "friction": rig["b"], "specimen": stiffness}
@@ -144,7 +144,7 @@ def _forces(rig: Rig) -> tuple[float, float, float]:
 
 
 def _jack_numbers(rig: Rig) -> dict[str, float]:
-    """Of a jack behind a spool: how late it is, and its observer."""
+    """How late a jack behind a spool is, and the numbers of its observer."""
     area_a, area_b = rig.areas
     flow, (stall, _, full) = rig["n"] * rig["K3"], _forces(rig)
     valve = _valve_lag(rig)

@@ -32,7 +32,7 @@ class Goal:
 
 
 def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> Iterator[Goal]:
-    """Of the linear loops at null and moving. Raises InputError for a controller without a linear view."""
+    """The goals of the linear loops at null and moving. Raises InputError for a controller without a linear view."""
     (varied, margins), *others = envelope.margins(controller)
     nominal = varied.some(np.flatnonzero(envelope.nominal).tolist())
     every = [LinearWorst.of(lanes, loops) for lanes, loops in ((varied, margins), *others)]

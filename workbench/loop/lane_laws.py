@@ -77,7 +77,7 @@ def lane_laws(
 def lane_views(
     controller: Controller, points: Mapping[str, np.ndarray], remembered: np.ndarray | None = None
 ) -> LawLanes:
-    """The same with the states that are no part of a loop, but of how the reference comes into it."""
+    """One controller's linear views at operating points, with those of its states that only filter the reference."""
     try:
         return LawLanes.shared(linear_view(controller))
     except NeedsOperatingPoint:

@@ -53,7 +53,7 @@ def motion_from(rig: Rig, scenario: Scenario, margin: float) -> tuple[MotionCons
 
 
 def signals_of(motion: MotionConstraints, t: np.ndarray, x: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
-    """Of states x [k + 1, n] at t [k + 1] s, inputs u [k, m]: the time "t [s]", command and outputs [k + 1], SI."""
+    """The time "t [s]", command and outputs [k + 1], SI, of states x [k + 1, n] at t [k + 1] s and inputs u [k, m]."""
     every = np.append(u, u[-1:], axis=0)
     outputs, plant = motion.plant.observe(x, every), motion.plant
     named = {name: outputs[:, plant.output(name)] for name in _SIGNALS if name in plant.outputs}
@@ -121,12 +121,12 @@ class Limit:
 
 
 def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
-    """Of a scenario from where it starts, no chamber less than `margin` [Pa] above the vapour's pressure, 0 bar here.
+    """The least settling time of a scenario with chambers at least `margin` [Pa] above the vapour's pressure, 0 bar.
 
-    From rest into the band in which a loop counts as settled, there for 1.6 periods of the mass on the oil, and at rest
-    at the end of them; the command within +-1 and the rig's rate, the jack within stroke and speed. A drive that is
-    late adds its delay. It is computed once, in some seconds, and kept in the user's cache folder. Raises InputError
-    where the rig has no operating point there.
+    The jack goes from rest where the scenario starts into the band in which a loop counts as settled, stays there for
+    1.6 periods of the mass on the oil, and is at rest at their end; the command stays within +-1 and the rig's rate,
+    the jack within stroke and speed. A drive that is late adds its delay. It is computed once, in some seconds, and
+    kept in the user's cache folder. Raises InputError where the rig has no operating point there.
     """
     band = settling_band(rig, scenario.signal, scenario.size)
     if reason := _no_limit(rig, scenario):

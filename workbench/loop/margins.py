@@ -77,7 +77,7 @@ class LoopLanes:
 
     @cached_property
     def poles(self) -> np.ndarray:
-        """Of each loop's own matrix, z [lanes, n]; what is measured has not heard of this sample's command yet."""
+        """The poles of each loop, z [lanes, n]; what is measured has not heard of this sample's command yet."""
         plants, law = self.plants, self.law
         c = plants.c[:, self._rows]
         u_x, u_w = law.d[:, None, 1:] @ c, np.broadcast_to(law.c[:, None], (len(c), 1, law.c.shape[1]))

@@ -133,9 +133,8 @@ def unit_circle(f: np.ndarray, period: float) -> np.ndarray:
 
 
 def _events(loop: np.ndarray, peak: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where something happens in rows [n, k]: rows, and the points between which it does. That is where a loop crosses
-    unit gain or the negative real axis, and beside extremes behind which it may do so, or that may be its `peak` [n]
-    of sensitivity."""
+    """Rows and points of open loops [n, k] between which to look closer: where a loop crosses unit gain or the negative
+    real axis, and beside extremes that may hide such a crossing or be its `peak` [n] of sensitivity."""
     re, im = np.real(loop), np.imag(loop)
     size = re**2 + im**2
     gap, aside = size + 2 * re + 1, np.abs(im)
@@ -152,7 +151,7 @@ def _events(loop: np.ndarray, peak: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 
 
 def _slopes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of [n, k] at its k - 2 inner points: whether it falls before, and rises after."""
+    """Whether values [n, k] fall before, and rise after, each of their k - 2 inner points."""
     rises = values[:, 1:] >= values[:, :-1]
     return ~rises[:, :-1], rises[:, 1:]
 

@@ -44,7 +44,7 @@ class LoopSetup:
     smooth: np.ndarray
 
     def where(self, scenario: Scenario) -> "LoopSetup":
-        """The same at the position at which a scenario starts. Raises InputError where there is no operating point."""
+        """This setup at the position where a scenario starts. Raises InputError where there is no operating point."""
         position = scenario.position(self.rig.limit("stroke"))
         if not position:
             return self
@@ -68,7 +68,7 @@ class LoopSetup:
 
     @cached_property
     def moving_plant(self) -> SampledLanes:
-        """The same moving."""
+        """The moving plant without dry friction, as linear loops of every design have it."""
         return sampled_lane(self.engine.plant, self.moving, self.rig.period.value, self.smooth)
 
 
@@ -88,7 +88,7 @@ class LinearLoops:
 
     @property
     def margins(self) -> Source:
-        """Where the margins come from; none where one of the points has none."""
+        """The source of the margins, "none" where one of the points has none."""
         return "none" if "none" in (self.null.margins, self.moving.margins) else self.null.margins
 
     def worst(self, pick: Callable[[Sequence[float]], float], name: str) -> float | None:

@@ -38,7 +38,7 @@ class LaneResponse:
     def of(
         cls, a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, late: np.ndarray = _PROMPT
     ) -> "LaneResponse":
-        """Of A [lanes, n, n], B [lanes, n], C [lanes, m, n] and D [lanes, m]."""
+        """The response of A [lanes, n, n], B [lanes, n], C [lanes, m, n] and D [lanes, m]."""
         from scipy.linalg import matrix_balance, schur
 
         if not a.shape[1]:
@@ -116,7 +116,7 @@ class SampledLanes:
         return {name: float(values[0]) for name, values in self.signals.items()}
 
     def rows(self, measures: Sequence[str]) -> list[int]:
-        """Where these are. Raises ValueError for one that the plants do not have."""
+        """The rows of C that are these signals. Raises ValueError for one that the plants do not have."""
         return [self.measures.index(name) for name in measures]
 
 
@@ -174,8 +174,8 @@ def _sampled(
 
 
 def _behind(a: np.ndarray, b: np.ndarray, c: np.ndarray, taps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same with the command late by the whole periods at which `taps` [lanes, periods + 1] are 1: those on their
-    way are further states, newest first."""
+    """A sampled plant whose command is late by the whole periods at which `taps` [lanes, periods + 1] are 1: commands
+    on their way are further states, newest first."""
     lanes, n, whole = len(a), a.shape[1], taps.shape[1] - 1
     if not whole:
         return a, b, c

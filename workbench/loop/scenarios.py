@@ -83,7 +83,7 @@ class Scenario:
         return remarks
 
     def position(self, stroke: float) -> float:
-        """Where the jack starts [m from mid stroke], with a stroke limit [m]."""
+        """The position at which the jack starts [m from mid stroke], with a stroke limit [m]."""
         return self.start + self.start_share * stroke
 
     def reference(self, t: np.ndarray) -> np.ndarray:

@@ -114,12 +114,12 @@ class SineTest:
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
-        """The same without a sine, over the longest time."""
+        """The commands [2, k] without a sine, over the longest time."""
         return self._commands(self._loop(), slice(None), np.zeros_like(self._reference))
 
     @cached_property
     def _reference(self) -> np.ndarray:
-        """Where the controlled signal is, over the longest time: a position moves on."""
+        """The reference over the longest time: the level of the controlled signal, from which a position moves on."""
         signal = self.controller().measures[0]
         level = float(self.engine.observe(self.start.x, self.start.u)[self.engine.plant.output(signal)])
         return level + (self._travel if signal == "position" else np.zeros_like(self._travel))

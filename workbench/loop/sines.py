@@ -20,7 +20,7 @@ _ALIASED = 0.4  # of the control rate: higher harmonics are not looked at
 
 @dataclass(frozen=True, eq=False)
 class SineErrors:
-    """Of sines [lanes] once they had time to arrive: errors of the amplitude [1] and the phase [rad], and the third
+    """Errors of the amplitude [1] and the phase [rad] of sines [lanes] once they had time to arrive, and the third
     harmonic over the amplitude that is asked for [1]. NaN where a lane did not last."""
 
     amplitude: np.ndarray
@@ -53,7 +53,7 @@ def harmonics(y: np.ndarray, first: int, last: int, turn: float) -> np.ndarray:
 
 
 def sine_errors(y: np.ndarray, amplitude: float, frequency: float, period: float) -> SineErrors:
-    """Of positions y [lanes, k] that were to follow `sine`, over the cycles in which they are judged."""
+    """The errors of positions y [lanes, k] that were to follow `sine`, over the cycles in which they are judged."""
     first, last = (round(cycle / (frequency * period)) for cycle in (ARRIVES, ARRIVES + JUDGED))
     lasted = np.isfinite(y).all(axis=1)
     found = np.full((len(y), len(ORDERS)), np.nan, complex)
@@ -84,7 +84,7 @@ def cycles_to_arrive(amplitude: np.ndarray, phase: np.ndarray) -> int | None:
 
 
 def responses(loops: LinearLoops, frequency: float, orders: Sequence[int]) -> np.ndarray:
-    """Of closed loops at a frequency [Hz] and multiples of it, complex [orders]: between null and moving.
+    """The mean response of the closed loops at null and moving to multiples of a frequency [Hz], complex [orders].
 
     Raises ValueError for a loop that is unstable or has no linear view.
     """

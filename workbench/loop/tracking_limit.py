@@ -41,11 +41,12 @@ class TrackingLimit:
 
 
 def tracking_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> TrackingLimit:
-    """Of a scenario from where it starts, no chamber less than `margin` [Pa] above the vapour's pressure, 0 bar here.
+    """The least error of a scenario with chambers at least `margin` [Pa] above the vapour's pressure, 0 bar.
 
-    From rest; the command within +-1 and the rig's rate, the jack within stroke and speed. The reference is known
-    ahead, so that a late drive costs nothing. It is computed once, in some ten seconds a second of the scenario, and
-    kept in the user's cache folder. Raises InputError where the rig has no operating point there.
+    The jack begins at rest where the scenario starts; the command stays within +-1 and the rig's rate, the jack within
+    stroke and speed. The reference is known ahead, so that a late drive costs nothing. It is computed once, in some ten
+    seconds a second of the scenario, and kept in the user's cache folder. Raises InputError where the rig has no
+    operating point there.
     """
     if reason := _no_limit(rig, scenario):
         return TrackingLimit(reason)

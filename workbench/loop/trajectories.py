@@ -52,7 +52,7 @@ class MotionProfile:
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """The duration of all pieces [s]."""
         return sum(piece.duration for piece in self.pieces)
 
     def at(self, t: np.ndarray) -> _Signals:

@@ -13,7 +13,7 @@ from workbench.base.errors import InputError
 from workbench.base.process_pool import Jobs, process_pool
 from workbench.commands.commission.study import Wanted, run_commission
 from workbench.commands.common.outcome import Outcome, Progress, leave, no_checkpoint
-from workbench.commands.common.run_folder import Run, open_run
+from workbench.commands.common.run_folder import RunFolder, open_run
 from workbench.control.automatic_tuning import Mode, SmallMoves
 from workbench.control.shells import SineShell as Sine
 from workbench.link.bench import bench
@@ -43,7 +43,7 @@ _COMPUTING = 20.0  # CPU minutes
 Row = dict[str, Any]
 
 
-def run_commission_study(plans: Sequence[HiddenPlan], run: Run, progress: Progress, jobs: Jobs = 1) -> Outcome:
+def run_commission_study(plans: Sequence[HiddenPlan], run: RunFolder, progress: Progress, jobs: Jobs = 1) -> Outcome:
     """`rows`, one a rig; `summary`, the counts and medians of them. Each rig's own report is in `rigs`."""
 
     def done(row: Row) -> None:

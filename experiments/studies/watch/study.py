@@ -11,7 +11,7 @@ from typing import Any
 
 from workbench.base.process_pool import Jobs, one_blas_thread, process_pool
 from workbench.commands.common.outcome import Outcome, Progress, no_checkpoint
-from workbench.commands.common.run_folder import Run
+from workbench.commands.common.run_folder import RunFolder
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.watch.study import run_watch, tuned_loop
 from workbench.identify.watch.forecast import LIMITS
@@ -40,7 +40,7 @@ Row = dict[str, Any]
 
 
 def run_watch_study(
-    rigs: Sequence[MadeRig], loop: StepConfig, years: int, run: Run, progress: Progress, jobs: Jobs = 1
+    rigs: Sequence[MadeRig], loop: StepConfig, years: int, run: RunFolder, progress: Progress, jobs: Jobs = 1
 ) -> Outcome:
     """`rows`, one a rig; `summary` of them; `healthy`: alarms in drawn years of the first healthy rig; `forecasts`
     of drawn wears, by pace."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...identify.acceptance.row import Estimate, Row, measured, unsaid
-from ...loop.performance.bounds import Drive, Envelope, envelope
+from ...loop.performance.bounds import Drive, PerformanceEnvelope, envelope
 from ...loop.performance.carried import carried_by_jack
 from ...loop.performance.drive import Demands, accumulator, demands, lacking
 from ...rigs.rig import Rig
@@ -48,7 +48,7 @@ def jack_figures(rig: Rig, asked: CapabilityAsked, drive: Drive) -> dict[str, Ca
     return figures
 
 
-def envelope_figures(own: Envelope) -> dict[str, CapabilityLine]:
+def envelope_figures(own: PerformanceEnvelope) -> dict[str, CapabilityLine]:
     """The largest sines, and the force at a load cell or at the piston that belongs to them."""
     amplitude, figures = own.amplitude, dict[str, CapabilityLine]()
     for k, f in enumerate(own.f.tolist()):

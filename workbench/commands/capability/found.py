@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...control.controller_spec import ControllerSpec
-from ...loop.performance.bounds import Envelope
+from ...loop.performance.bounds import PerformanceEnvelope
 from ...loop.performance.drive import Choice, Demands
 from ...loop.performance.reached import Followed, Reached
 
@@ -16,7 +16,7 @@ class Findings:
     """What a page shows besides lines: the envelope, what the loop (or `why` none) follows of it, what the engine
     reached, measured sines (f [Hz], amplitude [m]) by record, what the drive file takes and what does it."""
 
-    envelope: Envelope
+    envelope: PerformanceEnvelope
     loop: ControllerSpec | None
     why: str
     followed: Followed | None

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...identify.acceptance.row import Row
-from ...loop.performance.bounds import BOUNDS, Envelope
+from ...loop.performance.bounds import BOUNDS, PerformanceEnvelope
 from ...loop.performance.drive import CatalogueValve, Choice, smallest
 from ...loop.performance.reached import NEAR, SHARES, Reached
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -51,7 +51,7 @@ def capability_page(asked: CapabilityAsked, found: Findings, rows: Sequence[Row]
     return replace(page, verdict=f"Bound by {words}.{choice} {page.verdict}"), picture
 
 
-def spans_table(whole: Envelope) -> Table:
+def spans_table(whole: PerformanceEnvelope) -> Table:
     """What binds from where to where, in words."""
     rows = [[name, low, high, BOUNDS[name]] for name, low, high in whole.spans()]
     return Table("What binds", ["bound", "from [Hz]", "to [Hz]", "meaning"], rows)

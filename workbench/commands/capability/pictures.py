@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...loop.performance.bounds import Envelope
+from ...loop.performance.bounds import PerformanceEnvelope
 from ...loop.performance.reached import Followed, Reached
 from ...report import Curve, Figure, Panel, Style
 
@@ -29,7 +29,9 @@ LENGTH = Shown("mm", 1e3, "m/s²", 1.0)
 ANGLE = Shown("deg", 180 / np.pi, "deg/s²", 180 / np.pi)
 
 
-def tripartite(title: str, whole: Envelope, shown_in: Shown, more: Iterable[Curve] = (), note: str = "") -> Figure:
+def tripartite(
+    title: str, whole: PerformanceEnvelope, shown_in: Shown, more: Iterable[Curve] = (), note: str = ""
+) -> Figure:
     """The speed of the largest sine, each bound by itself, and further curves of a speed as shown."""
     f, w, unit, scale = whole.f, 2 * np.pi * whole.f, shown_in.unit, shown_in.scale
     speed = scale * w * whole.amplitude
@@ -45,14 +47,14 @@ def tripartite(title: str, whole: Envelope, shown_in: Shown, more: Iterable[Curv
     return Figure(title, "frequency [Hz]", [panel], log_x=True, height=450, note=note)
 
 
-def force_picture(whole: Envelope) -> Figure:
+def force_picture(whole: PerformanceEnvelope) -> Figure:
     """Force at the load cell or the piston, of the same sines."""
     force, what = (whole.cell, "load cell") if whole.cell.any() else (whole.pressure, "piston")
     curve = Curve("envelope", whole.f, force * whole.amplitude / 1e3)
     return Figure(f"Force at the {what}", "frequency [Hz]", [Panel("amplitude [kN]", [curve], log_y=True)], log_x=True)
 
 
-def motions(whole: Envelope, shown_in: Shown) -> Figure:
+def motions(whole: PerformanceEnvelope, shown_in: Shown) -> Figure:
     """Displacement and acceleration of the largest sine."""
     size, acceleration = whole.amplitude, (2 * np.pi * whole.f) ** 2 * whole.amplitude
     panels = [

@@ -12,7 +12,7 @@ from ...identify.acceptance.bench import TestBench
 from ...identify.acceptance.row import AcceptanceLimit, Row, judged
 from ...loop.describing_function import sampled_frequencies
 from ...loop.drive_simulation import drive
-from ...loop.performance.bounds import Drive, Envelope, envelope, weakest
+from ...loop.performance.bounds import Drive, PerformanceEnvelope, envelope, weakest
 from ...loop.performance.carried import carried_along, platform_axes
 from ...loop.performance.reached import Followed, Reached
 from ...loop.platform.reached import reached_along
@@ -99,12 +99,12 @@ def _drive(bench: TestBench) -> Drive:
     return Drive(response.f, response.response)
 
 
-def _along(setup: PlatformSetup, axis: str, drives: list[Drive], f: np.ndarray) -> Envelope:
+def _along(setup: PlatformSetup, axis: str, drives: list[Drive], f: np.ndarray) -> PerformanceEnvelope:
     legs = carried_along(setup, axis, f)
     return weakest([envelope(leg, drive) for leg, drive in zip(legs, drives, strict=True)])
 
 
-def _rows(axis: str, si: str, own: Envelope) -> list[Row]:
+def _rows(axis: str, si: str, own: PerformanceEnvelope) -> list[Row]:
     """By the model as it is declared: no interval."""
     unit, scale = _SHOWN[si].unit, _SHOWN[si].scale
     rows = []
@@ -115,7 +115,11 @@ def _rows(axis: str, si: str, own: Envelope) -> list[Row]:
 
 
 def _page(
-    platform: Platform, made: Made, whole: Mapping[str, Envelope], rows: list[Row], asked: Mapping[str, AxisPlayed]
+    platform: Platform,
+    made: Made,
+    whole: Mapping[str, PerformanceEnvelope],
+    rows: list[Row],
+    asked: Mapping[str, AxisPlayed],
 ) -> tuple[Page, Figure]:
     units = {axis: _SHOWN[si] for axis, si in platform_axes(platform).items()}
     pictures = {
@@ -143,7 +147,11 @@ def leg_loops(setup: PlatformSetup) -> LegLoops:
 
 
 def played(
-    setup: PlatformSetup, loops: LegLoops, axis: str, along: Callable[[np.ndarray], Envelope], whole: Envelope
+    setup: PlatformSetup,
+    loops: LegLoops,
+    axis: str,
+    along: Callable[[np.ndarray], PerformanceEnvelope],
+    whole: PerformanceEnvelope,
 ) -> AxisPlayed:
     """A sine inside and one outside each bound, and the loop; `along`: the axis's envelope at frequencies [k] Hz."""
     seen = setup if loops.tuned else platform_setup(setup.platform.with_rigs(seeing))

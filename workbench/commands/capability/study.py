@@ -12,7 +12,7 @@ from ...identify.acceptance.row import AcceptanceLimit, Row, judged, unsaid
 from ...identify.acceptance.sines import steady_sines
 from ...loop.describing_function import sampled_frequencies
 from ...loop.drive_simulation import drive
-from ...loop.performance.bounds import Drive, Envelope, envelope
+from ...loop.performance.bounds import Drive, PerformanceEnvelope, envelope
 from ...loop.performance.carried import carried_by_jack
 from ...loop.performance.drive import Choice, demands, pump_choices, valve_choices
 from ...loop.performance.reached import PLAYED, Followed, Reached, followed, highest, reached
@@ -81,14 +81,14 @@ def _found(asked: CapabilityAsked, opened: Drive, measured: Mapping[str, np.ndar
     )  # fmt: skip
 
 
-def _reached(setup: LoopSetup, whole: Envelope) -> list[Reached]:
+def _reached(setup: LoopSetup, whole: PerformanceEnvelope) -> list[Reached]:
     rig = seeing(setup.rig)
     setup = setup if rig is setup.rig else loop_setup(rig)
     slow = drive(rig).loop
     return checked_points(whole, partial(reached, setup, slow))
 
 
-def checked_points(whole: Envelope, ask: Callable[[float, float, str], Reached]) -> list[Reached]:
+def checked_points(whole: PerformanceEnvelope, ask: Callable[[float, float, str], Reached]) -> list[Reached]:
     """What the engine says of a sine of a frequency [Hz] and an amplitude, for a bound: in the middle of each span with
     a bound that it can be asked of, inside and outside the envelope."""
     points = []

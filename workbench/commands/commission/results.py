@@ -15,7 +15,7 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.c_code import c_code
 from ...control.export.link_program import link_program
 from ...control.export.program import program_of
-from ...link.commissioning.allowed import Expected
+from ...link.commissioning.allowed import ExpectedStep
 from ...link.commissioning.designs import experiment_of
 from ...link.commissioning.obstacles import Obstacle
 from ...link.commissioning.rig_time import RigTime
@@ -90,7 +90,7 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
     return Outcome(metrics, lambda: commission_page(spent.rig, goal, metrics, judged, said, last), {}, files, subject)
 
 
-def _expected(way: Way, each: Judged) -> Expected:
+def _expected(way: Way, each: Judged) -> ExpectedStep:
     return way.plants.expected(way.spec, each.scenario)
 
 

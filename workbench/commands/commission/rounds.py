@@ -19,7 +19,7 @@ from ...records import Record, load_campaign
 from ...records.excitation import Excitation, read_excitation
 from ...rigs.rig import Rig
 from ..common.outcome import Progress, Stage
-from ..common.run_folder import Run
+from ..common.run_folder import RunFolder
 from ..common.wire_campaign import wire_campaign
 from ..plan.study import run_plan
 from ..trace.study import trace_campaign
@@ -76,7 +76,7 @@ class Searches:
     start: ControllerSpec
     goal: str
     jobs: int
-    run: Run
+    run: RunFolder
     say: Progress
     computing: Computing
 
@@ -125,7 +125,7 @@ def campaign_in(
     return folder
 
 
-def further(folder: Path, rig: Rig, found: Found, run: Run, say: Progress) -> list[Excitation]:
+def further(folder: Path, rig: Rig, found: Found, run: RunFolder, say: Progress) -> list[Excitation]:
     """What is to be recorded next, for what the records in a folder do not tell: of the rig as found where an effect
     has a name, else of the datasheet's."""
     say("plans records of what is not known yet")
@@ -141,7 +141,7 @@ def further(folder: Path, rig: Rig, found: Found, run: Run, say: Progress) -> li
     return waves
 
 
-def named_stage(run: Run, search: str) -> Stage:
+def named_stage(run: RunFolder, search: str) -> Stage:
     """Stages of one of several parts."""
 
     def stage(name: str, compute: Callable[[], T]) -> T:

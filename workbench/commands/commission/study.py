@@ -35,7 +35,7 @@ from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..common.outcome import Outcome, Progress
-from ..common.run_folder import Run
+from ..common.run_folder import RunFolder
 from .results import Results, barred_outcome, outcome
 from .rounds import Found, Searches, again, campaign_in, found_by, further
 
@@ -56,7 +56,7 @@ class Wanted:
     jobs: int
 
 
-def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
+def run_commission(wanted: Wanted, run: RunFolder, progress: Progress) -> Outcome:
     """commission.json: `verdict` and `effects` of the trace, `rows` of every way in every scenario, `rig_seconds`,
     `computing_seconds` of CPU time, less what the rig took, `trips`, what was `played`, the `controller`'s file and
     the `way` that it is, `rounds`: what each left open, `exact_s`, what the goal would settle in were the numbers known
@@ -76,7 +76,7 @@ def run_commission(wanted: Wanted, run: Run, progress: Progress) -> Outcome:
     return outcome(results, spent, run.dir)
 
 
-def _commissioned(wanted: Wanted, spent: RigTime, run: Run, progress: Progress) -> Results:
+def _commissioned(wanted: Wanted, spent: RigTime, run: RunFolder, progress: Progress) -> Results:
     """Raises Barred where something is wrong before a controller is searched."""
     rig = spent.rig
     rest, moves = looks(spent, progress)

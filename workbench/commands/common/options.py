@@ -17,10 +17,10 @@ from .outcome import Outcome, Progress, Stage, leave, no_checkpoint
 
 if TYPE_CHECKING:
     from ...base.process_pool import Jobs
-    from .run_folder import Run
+    from .run_folder import RunFolder
 
 Study = Callable[[Stage, Progress], Outcome]
-FolderStudy = Callable[["Run", Progress], Outcome]
+FolderStudy = Callable[["RunFolder", Progress], Outcome]
 Call = Callable[[argparse.Namespace, list[str]], None]
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from ...report import Figure, Page
     from .design_numbers import Subject
-    from .run_folder import Run
+    from .run_folder import RunFolder
 
 REPORT = "report"  # the table of config.toml that says what the report says
 FAULT = "report_fault"  # the key of metrics.json that says why there is no report, where none could be drawn
@@ -112,7 +112,7 @@ class Answer:
         return self.outcome.report(folder, force)
 
 
-def leave(run: "Run", outcome: Outcome, identity: Mapping[str, Any], command: str = "") -> "Page":
+def leave(run: "RunFolder", outcome: Outcome, identity: Mapping[str, Any], command: str = "") -> "Page":
     """Write an outcome into its open run folder, and finish that; the page as it is written.
 
     Numbers, files and tables are on disk before anything is drawn; where no report can be drawn, one sentence takes its

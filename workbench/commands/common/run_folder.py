@@ -36,7 +36,7 @@ _ROWS = 2**16  # of a table on disk that are in memory at once
 _DIGITS = 10  # of the floats in metrics.json: last-bit differences between machines do not show
 
 
-class Run:
+class RunFolder:
     """An open run, made by open_run.
 
     dir: DIR.partial, where a command may write files of its own (trace.json). resumed: an earlier call worked there.
@@ -94,7 +94,7 @@ class Run:
 
 
 @contextmanager
-def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iterator[Run]:
+def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iterator[RunFolder]:
     """Open DIR.partial for `command`, or resume what the same command left there.
 
     command: JSON-able name, config and seeds, which with the package versions say what the run is; not its --out.
@@ -115,7 +115,7 @@ def open_run(out: Path, command: Mapping[str, Any], force: bool = False) -> Iter
         try:
             _check_free(out, force)  # another process may have finished between the first look and the lock
             keep = _claim(partial, identity, force)
-            run = Run(out, partial, keep, lock)
+            run = RunFolder(out, partial, keep, lock)
             yield run
             finished = run.finished
         except InputError:

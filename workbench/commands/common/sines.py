@@ -15,15 +15,15 @@ from ...loop.rows import LoopSetup
 from ...report import Figure, FrequencyCurve, bode
 from .experiment import BodeConfig
 
-Sines = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
+SineResponses = dict[str, dict[str, np.ndarray]]  # columns by amplitude, as it is shown
 
 
-def sines(controller: ControllerSpec, signal: Signal, sweep: BodeConfig, setup: LoopSetup) -> Sines:
+def sines(controller: ControllerSpec, signal: Signal, sweep: BodeConfig, setup: LoopSetup) -> SineResponses:
     """Reference -> controlled signal about null, with what the guard and the chambers did at each point."""
     period = setup.rig.period.value
     poles = loop_poles(controller, setup)
     f = sweep_frequencies(sweep.low, sweep.high, sweep.points, period, poles)
-    responses: Sines = {}
+    responses: SineResponses = {}
     for amplitude in sweep.amplitudes:
         sine = closed_loop_sweep(setup.engine, setup.rig, lambda: controller.build(period), setup.null, f, amplitude)
         responses[f"{float(from_si(amplitude, signal.unit, signal.si)):g} {signal.unit}"] = packed(sine, signal.name)
@@ -51,7 +51,7 @@ def unpacked(columns: Mapping[str, np.ndarray], amplitude: float, output: str) -
     return SteppedSine(c["f_hz"], amplitude, {output: c["real"] + 1j * c["imag"]}, *(c[name] for name in FLAGS))
 
 
-def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: Sines) -> Figure:
+def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: SineResponses) -> Figure:
     """Linear curves, dashed, and sines; the note says from which frequency a limit acts."""
     curves, notes = list(linear), []
     for size, columns in swept.items():

@@ -13,7 +13,7 @@ from ...control.controller_spec import ControllerSpec
 from ...control.export.program import identifier
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import allowed
-from ...link.course import Judged, Played, judge_played, play_course, rest_record, wire_rig
+from ...link.course import Judged, PlayedCourse, judge_played, play_course, rest_record, wire_rig
 from ...link.joined import joined
 from ...link.opc_ua import opc_ua_server, supervised_loop
 from ...link.wire_loop import INTERRUPTED, check
@@ -28,7 +28,7 @@ from ..common.step_experiment import StepConfig
 from ..common.wire_campaign import wire_campaign
 from .page import drive_page
 
-_Course = tuple[ControllerSpec, Scenario, Played]
+_Course = tuple[ControllerSpec, Scenario, PlayedCourse]
 
 
 def run_drive(config: StepConfig, at: str, token: str, opc_ua: int | None, stage: Stage, progress: Progress) -> Outcome:

@@ -16,7 +16,7 @@ from ...records.read import UNUSED
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, rig_text
 from ..common.outcome import Outcome, Progress
-from ..common.run_folder import Run
+from ..common.run_folder import RunFolder
 from .page import import_page, metrics
 from .tables import converted, set_apart, summaries
 from .written import campaign_text
@@ -25,7 +25,7 @@ OWN = "rig.toml"
 _TRIALS = 4  # mistakes that are undone one after the other
 
 
-def run_import(files: Sequence[Path], rig: Rig, declared: str, run: Run, progress: Progress) -> Outcome:
+def run_import(files: Sequence[Path], rig: Rig, declared: str, run: RunFolder, progress: Progress) -> Outcome:
     """Convert, guess, propose roles, hold against the rig; the campaign folder is the run's own."""
     parts = converted(files, run.dir, progress)
     progress("columns")

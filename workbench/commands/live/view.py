@@ -116,11 +116,13 @@ def step_part(lanes: PlantLanes, controller: Controller, task: LiveTask) -> Step
     return StepPart(t, asked, y, sent, settling, overshoot, peak, reasons)
 
 
-Played = tuple[np.ndarray, np.ndarray, list[str | None]]  # deviations and commands [lanes, k], why each lane tripped
+LiveLanes = tuple[np.ndarray, np.ndarray, list[str | None]]  # deviations and commands [lanes, k], why each lane tripped
 Inputs = Mapping[str, np.ndarray]
 
 
-def _in_lanes(lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs) -> Played:
+def _in_lanes(
+    lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs
+) -> LiveLanes:
     name, null = task.scenario.signal, lanes.null
     played = play_lanes(lanes.engine, lanes.rig, controller, null, lanes.p, asked, (name,), task.seed, inputs)
     ((_, runs),) = played
@@ -132,7 +134,9 @@ def _in_lanes(lanes: PlantLanes, controller: Controller, task: LiveTask, asked: 
     return runs.signals[name] - start[:, [lanes.engine.plant.output(name)]], runs.sent, reasons
 
 
-def _one_by_one(lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs) -> Played:
+def _one_by_one(
+    lanes: PlantLanes, controller: Controller, task: LiveTask, asked: np.ndarray, inputs: Inputs
+) -> LiveLanes:
     """What a controller plays that computes one loop in Python."""
     name, runs = task.scenario.signal, []
     y, sent = np.full((2, len(lanes.p), len(asked)), np.nan)

@@ -47,12 +47,12 @@ class Told:
     effects: EffectInformation
     now: np.ndarray
 
-    def expected(self, added: Mapping[str, np.ndarray]) -> "Expected":
+    def expected(self, added: Mapping[str, np.ndarray]) -> "ExpectedInformation":
         """What is alike and not told, now and after records that add this information each."""
         fit, kappa = self.effects.model_fit.fit, self.fitted.problem.kappa
         alike, unseen = pairs(self.effects, self.now, added), unseen_numbers(fit, added, kappa)
         gains = {name: worth(name, alike, unseen, fit, sharpened(fit, more, kappa)) for name, more in added.items()}
-        return Expected(alike, unseen, gains)
+        return ExpectedInformation(alike, unseen, gains)
 
     def played(self, pair: Pair, record: Record) -> dict[str, float]:
         """What a record says that was played with the first effect of a pair on."""
@@ -60,17 +60,19 @@ class Told:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedInformation:
     """Pairs that look alike, numbers that are not told, and the information that each record adds on all, nats."""
 
     alike: Sequence[Pair]
     unseen: Sequence[UnseenNumber]
     gains: Mapping[str, float]
 
-    def named(self, part: str) -> "Expected":
+    def named(self, part: str) -> "ExpectedInformation":
         """What is expected, with names that begin with that of a part, "leg4."."""
         pairs = [replace(pair, names=(part + pair.names[0], part + pair.names[1])) for pair in self.alike]
-        return Expected(pairs, [replace(number, name=part + number.name) for number in self.unseen], self.gains)
+        return ExpectedInformation(
+            pairs, [replace(number, name=part + number.name) for number in self.unseen], self.gains
+        )
 
 
 def fitted_campaign(

@@ -8,7 +8,7 @@ from ...base.errors import InputError, LinkLost
 from ...base.words import counted
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import allowed, safe
-from ...link.course import Played, play_course, rest_record, wire_rig
+from ...link.course import PlayedCourse, play_course, rest_record, wire_rig
 from ...link.joined import joined
 from ...link.trips import Trip
 from ...link.wire_loop import INTERRUPTED, check
@@ -79,7 +79,7 @@ def _waves(plan: Plan, ready: DriveSimulation) -> list[Excitation]:
     return list(plan.files) or safe(plants, ready.loop, list(standard_set(ready).values()))
 
 
-def _played(client: LinkClient, rig: Rig, controller: Any, wave: Excitation) -> Played:
+def _played(client: LinkClient, rig: Rig, controller: Any, wave: Excitation) -> PlayedCourse:
     start = float(wave.reference[0])
     return play_course(client, rig, controller, wave.reference - start, start, wave.command, name=wave.name)
 

@@ -12,7 +12,7 @@ from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...control.platform_controller import LEGS, PlatformSpec
 from ...loop.platform import PlatformRun, PlatformSetup, platform_setup
-from ...loop.platform.excitation import Motion, checked_run, drive_spec, largest_run, six_sines, still
+from ...loop.platform.excitation import AxesMultisine, checked_run, drive_spec, largest_run, six_sines, still
 from ...loop.sensors import logged
 from ...records.frequency_sheet import table_text
 from ...report import Figure, Page, Section, Table
@@ -25,9 +25,9 @@ from ..common.time_figure import signal_panel
 from .study import REST, STATIC, campaign_text, records_page, role_of
 
 MOTIONS = (
-    Motion("fast", 5.0, (0.4, 10.0), 1),
-    Motion("slow", 6.0, (0.25, 3.0), 2),
-    Motion("mixed", 4.0, (0.25, 6.0), 3),
+    AxesMultisine("fast", 5.0, (0.4, 10.0), 1),
+    AxesMultisine("slow", 6.0, (0.25, 3.0), 2),
+    AxesMultisine("mixed", 4.0, (0.25, 6.0), 3),
 )
 """The last one is held out."""
 

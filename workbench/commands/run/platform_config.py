@@ -19,7 +19,7 @@ _SPEED, _TURNING = Spec("m/s", 0.0, 100.0, ""), Spec("rad/s", 0.0, 100.0, "")
 
 
 @dataclass(frozen=True)
-class Sines:
+class SteppedSines:
     """Stepped sines along every axis: frequencies [k], Hz, and the amplitude [m] of the platform's joints."""
 
     frequencies: tuple[float, ...]
@@ -42,12 +42,12 @@ def _frequencies(at: ExperimentFile) -> np.ndarray:
     return np.geomspace(low, high, transfer.count("points", 3, MOST_POINTS))
 
 
-def _sines(at: ExperimentFile) -> Sines:
+def _sines(at: ExperimentFile) -> SteppedSines:
     table, most = at.top.table("sines", "frequencies_hz", "amplitude"), 0.05 / at.rig.period
     frequencies = table.numbers("frequencies_hz", "[1, 5]")
     if min(frequencies) < 0.1 or max(frequencies) > most:
         raise table.complaint("frequencies_hz", f"must be between 0.1 and {most:g} Hz")
-    return Sines(frequencies, table.quantity("amplitude", Spec("m", 1e-6, 1.0, "amplitude at the joints")))
+    return SteppedSines(frequencies, table.quantity("amplitude", Spec("m", 1e-6, 1.0, "amplitude at the joints")))
 
 
 def _variations(at: ExperimentFile) -> dict[str, dict[str, float]]:
@@ -77,7 +77,7 @@ class PlatformConfig(PlatformExperiment):
     KIND = "platform"
     steps: tuple[AxisStep, ...] = part(read_steps, {"scenarios": "steps along axes of the pose"})
     f: np.ndarray = part(_frequencies, {"transfer": "range and points of the linear transfer"})
-    sines: Sines = part(_sines, {"sines": "stepped sines along every axis"})
+    sines: SteppedSines = part(_sines, {"sines": "stepped sines along every axis"})
     workspace: Workspace = part(_workspace, {"workspace": "poses, and speeds at which flows are asked for"})
     variations: Mapping[str, Mapping[str, float]] = part(_variations, {"variations": "other payloads, by name"})
     record: PlatformRecord | None = part(_record, {"record": "a motion that is played"})

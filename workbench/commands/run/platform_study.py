@@ -10,7 +10,7 @@ from ...control.platform_controller import LEGS, PlatformController, PlatformSpe
 from ...linear.platform_modes import PlatformMode, platform_modes
 from ...loop.platform.loop import PlatformRun
 from ...loop.platform.reach import PLANES, WorstPose, outline, reach, worst_poses
-from ...loop.platform.record import Played, check_motion, play
+from ...loop.platform.record import PlayedRecord, check_motion, play
 from ...loop.platform.rows import PlatformSine, judge_platform, judge_variations, platform_sine
 from ...loop.platform.setup import PlatformSetup, platform_setup
 from ...loop.platform.transfer import JUDGED, PlatformTransfer
@@ -34,7 +34,7 @@ class PlatformFindings:
     outlines: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]
     worst: list[WorstPose]
     envelope: list[dict[str, Any]]
-    played: dict[str, Played]
+    played: dict[str, PlayedRecord]
 
 
 def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress) -> Outcome:
@@ -75,7 +75,7 @@ def run_platform_study(config: PlatformConfig, stage: Stage, progress: Progress)
     return Outcome(metrics, lambda: platform_page(config, setup, findings), _tables(findings))
 
 
-def _played(config: PlatformConfig, setup: PlatformSetup) -> dict[str, Played]:
+def _played(config: PlatformConfig, setup: PlatformSetup) -> dict[str, PlayedRecord]:
     if (record := config.record) is None:
         return {}
     return {

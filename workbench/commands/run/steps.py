@@ -21,7 +21,7 @@ from ..common.judged import judged_words
 from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
 from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
-from ..common.sines import Sines, closed_loop_figure, sines
+from ..common.sines import SineResponses, closed_loop_figure, sines
 from ..common.step_experiment import StepConfig
 from ..common.time_figure import time_figure
 
@@ -60,7 +60,7 @@ def _setups(config: StepConfig) -> Callable[[ControllerSpec], LoopSetup]:
 
 def _tables(
     runs: dict[tuple[str, str], LoopRun],
-    swept: dict[str, Sines],
+    swept: dict[str, SineResponses],
     loops: dict[str, LinearLoops],
 ) -> dict[str, dict[str, np.ndarray]]:
     tables = {
@@ -87,7 +87,7 @@ def step_page(
     rows: list[dict[str, Any]],
     runs: dict[tuple[str, str], LoopRun],
     loops: dict[str, LinearLoops],
-    sines: dict[str, Sines],
+    sines: dict[str, SineResponses],
 ) -> tuple[Page, Figure]:
     """The report and its telling figure, from rows of metrics.json, runs by controller and scenario, linear loops and
     sines by controller."""
@@ -169,6 +169,6 @@ def step_figure(
     return time_figure(scenario.name, config.signal, own, ("command", "pa"), scenario, rows)
 
 
-def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: Sines) -> Figure:
+def _bode(config: StepConfig, name: str, pair: LinearLoops, swept: SineResponses) -> Figure:
     curves = [replace(curve, style="dash") for curve in closed_curves(pair, config.signal)]
     return closed_loop_figure(name, curves, swept)

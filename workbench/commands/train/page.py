@@ -12,7 +12,7 @@ from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.metric_table import MetricView
 from ..tune.page import Runs, goals_table, step_figure
 from .options import TrainConfig
-from .policies import Run
+from .policies import TrainingRun
 
 Rows = Mapping[str, Sequence[Mapping[str, Any]]]
 Unseen = Sequence[Mapping[str, Any]]
@@ -20,7 +20,13 @@ _COMPARED = ("scenario", "rig", "controller", "settling_s", "overshoot_percent",
 
 
 def train_page(
-    config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, rows: Rows, unseen: Unseen, steps: Runs
+    config: TrainConfig,
+    runs: Sequence[TrainingRun],
+    best: TrainingRun,
+    start: Verdict,
+    rows: Rows,
+    unseen: Unseen,
+    steps: Runs,
 ) -> Page:
     """The report; `start` is the verdict of the law with the network that it was given, or one that adds nothing.
 
@@ -40,7 +46,9 @@ def train_page(
     )
 
 
-def _verdict(config: TrainConfig, runs: Sequence[Run], best: Run, start: Verdict, unseen: Unseen) -> str:
+def _verdict(
+    config: TrainConfig, runs: Sequence[TrainingRun], best: TrainingRun, start: Verdict, unseen: Unseen
+) -> str:
     cost, before = best.verdict.cost, start.cost
     plants = f"{DRAWN} drawn plants" if config.factors else "the rigs of the set"
     if cost is None:
@@ -75,7 +83,7 @@ def _pairs(unseen: Unseen) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any
     yield from zip(*designs, strict=True)
 
 
-def _spread(runs: Sequence[Run]) -> str:
+def _spread(runs: Sequence[TrainingRun]) -> str:
     costs = [run.verdict.cost for run in runs if run.verdict.cost is not None]
     lost = f", {len(runs) - len(costs)} without one" if len(costs) < len(runs) else ""
     return f"Costs of {counted(len(runs), 'run')}: {spanned(costs)}{lost}"
@@ -98,7 +106,7 @@ def _compared(config: TrainConfig, rows: Rows) -> Table:
     return maker.table("On every rig of the set", lines, _COMPARED)
 
 
-def _curves(runs: Sequence[Run]) -> Figure:
+def _curves(runs: Sequence[TrainingRun]) -> Figure:
     curves = []
     for run in runs:
         at, cost = zip(*((k, c) for k, c in run.curve if c is not None), strict=True) if _any_cost(run) else ((), ())
@@ -107,11 +115,11 @@ def _curves(runs: Sequence[Run]) -> Figure:
     return Figure("Cost over the evaluations", "evaluation", [Panel("cost [1]", curves)], note=note)
 
 
-def _any_cost(run: Run) -> bool:
+def _any_cost(run: TrainingRun) -> bool:
     return any(cost is not None for _, cost in run.curve)
 
 
-def _runs(runs: Sequence[Run]) -> Table:
+def _runs(runs: Sequence[TrainingRun]) -> Table:
     lines = [
         [run.seed, len(run.trials), run.nearest.number + 1, run.verdict.cost, run.verdict.missed or ""] for run in runs
     ]

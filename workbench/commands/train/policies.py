@@ -14,7 +14,7 @@ from ...loop.tuning.search import nearest_trial, search, stored_verdict, verdict
 
 
 @dataclass(frozen=True)
-class Run:
+class TrainingRun:
     """A search of weights: its `seed`, every design that was tried, and the nearest one, judged on all drawn plants."""
 
     seed: int
@@ -37,7 +37,7 @@ class Run:
 
 def run_searches(
     problem: TuneProblem, seeds: Sequence[int], stage: Stage, progress: Progress, jobs: Jobs
-) -> tuple[list[Run], Verdict]:
+) -> tuple[list[TrainingRun], Verdict]:
     """A search from each seed, and the verdict of the start, weights as they were given, on all drawn plants."""
     searched = {
         seed: search(problem, _stage_of(seed, stage), _progress_of(seed, progress), jobs, seed) for seed in seeds
@@ -47,7 +47,7 @@ def run_searches(
     start = searched[seeds[0]][0].values
     designs = {"start": start, **{f"run-{seed}": trial.values for seed, trial in nearest.items()}}
     verdicts = _on_all(problem, designs, stage, jobs)
-    runs = [Run(seed, searched[seed], nearest[seed], verdicts[f"run-{seed}"]) for seed in seeds]
+    runs = [TrainingRun(seed, searched[seed], nearest[seed], verdicts[f"run-{seed}"]) for seed in seeds]
     return runs, verdicts["start"]
 
 

@@ -20,7 +20,7 @@ from ..tune.page import step_figure
 from ..tune.study import tuned_rows
 from .options import POLICY_FILE, TrainConfig
 from .page import train_page
-from .policies import Run, run_searches
+from .policies import TrainingRun, run_searches
 from .unseen import unseen_rows
 
 
@@ -58,7 +58,7 @@ def run_train(config: TrainConfig, stage: Stage, progress: Progress, jobs: Jobs 
     return Outcome(metrics, draw, tables, files, subject)
 
 
-def _best(config: TrainConfig, best: Run, start: Verdict, rows: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
+def _best(config: TrainConfig, best: TrainingRun, start: Verdict, rows: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
     return {
         "controller": config.name,
         "seed": best.seed,
@@ -81,12 +81,12 @@ def _judged(verdict: Verdict) -> dict[str, Any]:
     return {"cost": verdict.cost, "missed": verdict.missed, "goals": [asdict(goal) for goal in verdict.goals]}
 
 
-def _line(run: Run) -> dict[str, Any]:
+def _line(run: TrainingRun) -> dict[str, Any]:
     verdict = {"cost": run.verdict.cost, "missed": run.verdict.missed}
     return {"seed": run.seed, "evaluations": len(run.trials), **verdict, "curve": run.curve}
 
 
-def _files(config: TrainConfig, best: Run) -> dict[str, str | bytes]:
+def _files(config: TrainConfig, best: TrainingRun) -> dict[str, str | bytes]:
     """trained.toml, the weights beside it, and the rig where that is no bundled one."""
     is_bundled = config.rig_name in bundled()
     table = config.step_table(best.nearest.values, config.rig_name if is_bundled else "rig.toml")

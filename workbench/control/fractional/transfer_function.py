@@ -70,7 +70,10 @@ class FractionalTransferFunction:
         return replace(self, delay=self.delay + seconds)
 
     def margins(self) -> "FractionalMargins":
-        """Margins of the loop that unit negative feedback closes around it, its delay exact; raises as there."""
+        """Margins of the loop that unit negative feedback closes around this system, its delay exact.
+
+        Raises InputError for a system with as many zeros as poles, or with a pole on the imaginary axis.
+        """
         from .margins import nyquist_margins
 
         return nyquist_margins(self)

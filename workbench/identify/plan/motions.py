@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...loop.platform.excitation import Motion, at_joints, sines
+from ...loop.platform.excitation import AxesMultisine, at_joints, sines
 from ...records.frequency_sheet import table_text
 from ...rigs.platform import AXES, Platform
 from .family import SECONDS
@@ -29,7 +29,7 @@ class MotionDesign:
     def shape(self, platform: Platform) -> np.ndarray:
         """Poses [k, 6] at the control period, of size 1 m at the joints, from home and back."""
         if self.band is not None:
-            return sines(platform, Motion(self.name, SECONDS, self.band, 1), self.axes)
+            return sines(platform, AxesMultisine(self.name, SECONDS, self.band, 1), self.axes)
         pose = np.zeros((round(SECONDS / platform.period), len(AXES)))
         pose[:, [AXES.index(axis) for axis in self.axes]] = self._course(platform.period, len(pose))[:, None]
         return at_joints(platform, pose)

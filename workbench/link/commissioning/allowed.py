@@ -45,7 +45,7 @@ class _Seen:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedStep:
     """Between what 95 % of plants lie, SI and %: the end of a settling that some never reach is None. None in all where
     nothing is uncertain, or nothing steps."""
 
@@ -97,13 +97,13 @@ class Allowed:
         kept = null.stable & moving.stable
         return replace(self, p=self.p[kept], drawn=self.drawn[kept])
 
-    def expected(self, spec: ControllerSpec, scenario: Scenario) -> Expected:
+    def expected(self, spec: ControllerSpec, scenario: Scenario) -> ExpectedStep:
         """The time in which 95 % of the drawn plants settle in a step, and their overshoot."""
         lanes = self.at(scenario.position(self.rig.limit("stroke"))).some(np.flatnonzero(self.drawn).tolist())
         if not scenario.is_step or not lanes.names:
-            return Expected(None, None)
+            return ExpectedStep(None, None)
         told = steps(lanes, spec.build(self.rig.period.value), scenario, 1, scenario.duration)
-        return Expected(_middle(np.nan_to_num(told.settling, nan=np.inf)), _middle(told.overshoot))
+        return ExpectedStep(_middle(np.nan_to_num(told.settling, nan=np.inf)), _middle(told.overshoot))
 
     def _runs(self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray) -> Iterator[_Seen]:
         """All of them in lanes; under a controller that computes in Python, those that are not drawn, one by one."""

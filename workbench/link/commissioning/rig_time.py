@@ -19,7 +19,7 @@ from ...records import Record
 from ...records.excitation import Excitation
 from ...rigs.rig import Rig
 from ..client import LinkClient
-from ..course import Played, play_course, rest_record
+from ..course import PlayedCourse, play_course, rest_record
 from ..trips import Trip
 from ..wire_loop import INTERRUPTED, WireRun
 from .obstacles import Barred, cut_short, time_is_over
@@ -125,7 +125,7 @@ class RigTime:
         a reading, so that what lags it lags a loop, and without the dither."""
         period = self.rig.period.value
 
-        def play() -> Played:
+        def play() -> PlayedCourse:
             relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
             loop = relay if self.dither is None else Around(relay, self.dither)
             start = None if blind else self.rig.middle
@@ -146,31 +146,31 @@ class RigTime:
         start = float(wave.reference[0])
         reference = wave.reference - start
 
-        def play() -> Played:
+        def play() -> PlayedCourse:
             controller = loop.build(wave.period)
             return play_course(self.client, self.rig, controller, reference, start, wave.command, name=wave.name)
 
         return self._whole(wave.name, self._course(wave.name, why, play, len(reference), nothing_wrong))
 
-    def course(self, name: str, why: str, spec: ControllerSpec, reference: np.ndarray, start: float) -> Played:
+    def course(self, name: str, why: str, spec: ControllerSpec, reference: np.ndarray, start: float) -> PlayedCourse:
         """A controller along deviations `reference` [k] from `start`, cut short or not. Raises Barred where the time is
         over, KeyboardInterrupt and LinkLost."""
 
-        def play() -> Played:
+        def play() -> PlayedCourse:
             controller: Controller = spec.build(self.rig.period.value)
             return play_course(self.client, self.rig, controller, reference, start, name=name)
 
         return self._course(name, why, play, len(reference), nothing_wrong)
 
-    def _whole(self, name: str, played: Played) -> Record:
+    def _whole(self, name: str, played: PlayedCourse) -> Record:
         """The record of a course. Raises Barred where the rig or its guard stopped it."""
         if played.ended is not None:
             raise Barred(cut_short(name, played.ended))
         return Record(name, played.record.t, played.record.signals)
 
     def _course(
-        self, name: str, why: str, play: Callable[[], Played], rows: int, check: Callable[[Record], object]
-    ) -> Played:
+        self, name: str, why: str, play: Callable[[], PlayedCourse], rows: int, check: Callable[[Record], object]
+    ) -> PlayedCourse:
         """What is played, or was before; once more where the link lost too much of it."""
 
         def compute() -> dict[str, Any]:
@@ -191,7 +191,7 @@ class RigTime:
         self.trips += [played.trip] if played.trip else []
         return played
 
-    def _look(self, name: str, played: Played, check: Callable[[Record], object]) -> None:
+    def _look(self, name: str, played: PlayedCourse, check: Callable[[Record], object]) -> None:
         """Check a record that was just played; one in which something is wrong was played too. One that was cut short
         tells little for that reason."""
         self.last, self.mark = played.record, played.mark
@@ -210,7 +210,7 @@ class RigTime:
         self.log.append({"record": what, "for": why, "seconds": seconds})
 
 
-def _unlost(play: Callable[[], Played]) -> Played:
+def _unlost(play: Callable[[], PlayedCourse]) -> PlayedCourse:
     """A course, played again where the link lost too much of it, but not for ever. Raises KeyboardInterrupt."""
     played = play()
     for _ in range(_TRIES - 1):
@@ -230,7 +230,7 @@ def _record(name: str, stored: Mapping[str, Any]) -> Record:
     return Record(name, np.asarray(stored["t"]), {key: np.asarray(x) for key, x in stored["signals"].items()})
 
 
-def _stored_course(played: Played) -> dict[str, Any]:
+def _stored_course(played: PlayedCourse) -> dict[str, Any]:
     """What a stage keeps of a course: all but the way back."""
     run = played.run
     own = {"rows": np.array(run.rows), "readings": np.array(run.readings), "names": list(run.names)}
@@ -239,11 +239,11 @@ def _stored_course(played: Played) -> dict[str, Any]:
     return {**own, **rest, "record": _stored(played.record)}
 
 
-def _restored_course(stored: Mapping[str, Any]) -> Played:
+def _restored_course(stored: Mapping[str, Any]) -> PlayedCourse:
     rows = [(int(tick), *rest) for tick, *rest in np.asarray(stored["rows"]).reshape(-1, 4).tolist()]
     names, ended = tuple(stored["names"]), stored["ended"]
     readings = [tuple(row) for row in np.asarray(stored["readings"]).reshape(-1, len(names)).tolist()]
     run = WireRun(stored["period"], names, rows, readings, ended)
     record = _record("wire", stored["record"])
     trip = None if stored["trip"] is None else Trip(**stored["trip"])
-    return Played(run, stored["level"], record, None, ended, False, stored["seconds"], trip, stored["mark"])
+    return PlayedCourse(run, stored["level"], record, None, ended, False, stored["seconds"], trip, stored["mark"])

@@ -15,8 +15,8 @@ from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
 from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
-from ..course import Judged, Played, judge_played, wire_rig
-from .allowed import Allowed, Expected, allowed, is_of, smaller
+from ..course import Judged, PlayedCourse, judge_played, wire_rig
+from .allowed import Allowed, ExpectedStep, allowed, is_of, smaller
 from .obstacles import Barred
 from .rig_time import RigTime
 
@@ -91,7 +91,7 @@ def played_way(
     return judged
 
 
-def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, number: int) -> Played:
+def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, number: int) -> PlayedCourse:
     rig = spent.rig
     t = np.arange(round(scenario.duration / rig.period.value) + 1) * rig.period.value
     start = rig.middle + scenario.position(rig.limit("stroke"))
@@ -155,7 +155,7 @@ def limit_row(scenario: str, limit: float | None) -> dict[str, Any]:
             "overshoot_percent": empty, "sine_error": empty, "stiffness": empty}  # fmt: skip
 
 
-def table_row(each: Judged, expected: Expected, stiffness: float | None) -> dict[str, Any]:
+def table_row(each: Judged, expected: ExpectedStep, stiffness: float | None) -> dict[str, Any]:
     """A row of commission.json; `between`: where 95 % of the plants lie that the way allows. A stiffness is not
     measured, as nothing pushes at the rig."""
     pairs = {

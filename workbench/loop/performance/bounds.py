@@ -20,7 +20,7 @@ import numpy as np
 from ...plant.valve.supply import supply_power
 from ...rigs.rig import Rig
 from ..capability import oil_stiffness, stall_force
-from .carried import Carried
+from .carried import LoadResponse
 
 _WIDE, _ROUNDS = 1e3, 8  # of full opening: more is no more flow that could be drawn; Newton's steps
 BOUNDS = {
@@ -41,8 +41,8 @@ _TOGETHER = 1.01  # bounds so near to each other are one, the first of them
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """Of a rig's lands, for speeds of the oil and pressure forces [..]: `opening`, the share of full travel, infinite
-    where no opening gives it; `lowest`, the lower chamber pressure [Pa]."""
+    """What speeds of the oil and pressure forces [..] ask of a rig's lands: `opening`, the share of full travel,
+    infinite where no opening gives it; `lowest`, the lower chamber pressure [Pa]."""
 
     opening: np.ndarray
     lowest: np.ndarray
@@ -100,7 +100,7 @@ class Drive:
 
 
 @dataclass(frozen=True, eq=False)
-class Envelope:
+class PerformanceEnvelope:
     """Amplitudes of a motion [k] (m, or rad) at f [k] Hz by each bound's name; `cell` [k]: force at the load cell and
     `pressure` [k]: of the piston, N, a unit of it."""
 
@@ -133,13 +133,13 @@ class Envelope:
         return spans
 
 
-def envelope(carried: Carried, drive: Drive) -> Envelope:
-    """Of one jack."""
+def envelope(carried: LoadResponse, drive: Drive) -> PerformanceEnvelope:
+    """The envelope of one jack."""
     rig, f, w = carried.rig, carried.f, 2 * np.pi * carried.f
     way = max(abs(carried.travel), 1e-12)
     stroke = rig.limit("stroke") / way
     opened, rate = drive.opening(f), np.minimum(1.0, rig.limit("command_rate") / w)
-    motion = Motion(carried)
+    motion = HarmonicMotion(carried)
     bounds = {
         "stroke": np.full(f.size, stroke),
         "speed limit": rig.limit("speed") / (w * way),
@@ -152,20 +152,20 @@ def envelope(carried: Carried, drive: Drive) -> Envelope:
     }
     if drive.pump is not None:
         bounds["pump"] = _pumped(rig, motion.oil, drive.pump, stroke)
-    return Envelope(f, bounds, np.abs(carried.cell), np.abs(carried.force))
+    return PerformanceEnvelope(f, bounds, np.abs(carried.cell), np.abs(carried.force))
 
 
-def weakest(each: Sequence[Envelope]) -> Envelope:
-    """Of jacks that move together: at each frequency and by each bound the least, force by the most loaded."""
+def weakest(each: Sequence[PerformanceEnvelope]) -> PerformanceEnvelope:
+    """The envelope of jacks that move together: each bound by the weakest of them, force by the most loaded."""
     bounds = {name: np.min([one.bounds[name] for one in each], axis=0) for name in each[0].bounds}
     cell, pressure = (np.max([getattr(one, name) for one in each], axis=0) for name in ("cell", "pressure"))
-    return Envelope(each[0].f, bounds, cell, pressure)
+    return PerformanceEnvelope(each[0].f, bounds, cell, pressure)
 
 
-class Motion:
+class HarmonicMotion:
     """Speed of the oil and pressure force over a cycle, per unit of amplitude [k, phases]."""
 
-    def __init__(self, carried: Carried) -> None:
+    def __init__(self, carried: LoadResponse) -> None:
         self.rig, self.held = carried.rig, carried.held
         turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
         w, force = 2 * np.pi * carried.f, carried.force
@@ -190,7 +190,7 @@ class Motion:
 
 
 def _pumped(rig: Rig, oil: np.ndarray, pump: float, most: float) -> np.ndarray:
-    """Of a cycle one half fills A and one half B; the leakage at null is off what the pump gives."""
+    """The amplitudes for which a pump's flow lasts: half of a cycle fills A and half B, and leakage at null is lost."""
     half = np.full(1, (rig["Ps"] + rig["Pr"]) / 2)
     lost = float(supply_power(rig, np.zeros(1), half, half, np.full(1, rig["Ps"]))[0]) / rig["Ps"]
     mean = sum(rig.areas) / np.pi * np.abs(oil)

@@ -17,7 +17,7 @@ from ..platform.setup import PlatformSetup
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class LoadResponse:
     """A jack that moves by `travel` [m] a unit of a motion, over frequencies f [k] Hz.
 
     `force` [k] complex: pressure force of its piston, and `cell` [k] what its force limit is of, N a unit; `held` [N]:
@@ -32,7 +32,7 @@ class Carried:
     held: float
 
 
-def carried_by_jack(rig: Rig, f: np.ndarray) -> Carried:
+def carried_by_jack(rig: Rig, f: np.ndarray) -> LoadResponse:
     """A jack's own position at mid stroke, by the model linearised there: mass, friction, specimen and all."""
     plant = build(rig)
     smooth = plant.without_dry_friction()
@@ -41,10 +41,10 @@ def carried_by_jack(rig: Rig, f: np.ndarray) -> Carried:
     pa, pb, cell, position = response(linear_plant(plant, rest, outputs=names, p=smooth), f)
     area_a, area_b = rig.areas
     held = float(plant.observe(rest.x, rest.u)[0, plant.output("jack_force")])
-    return Carried(rig, f, 1.0, (area_a * pa - area_b * pb) / position, cell / position, held)
+    return LoadResponse(rig, f, 1.0, (area_a * pa - area_b * pb) / position, cell / position, held)
 
 
-def carried_along(setup: PlatformSetup, axis: str, f: np.ndarray) -> Sequence[Carried]:
+def carried_along(setup: PlatformSetup, axis: str, f: np.ndarray) -> Sequence[LoadResponse]:
     """What each leg of a platform carries that moves along an axis about home: payload and legs, by their inertia."""
     platform, way = setup.platform, np.eye(len(AXES))[AXES.index(axis)]
     jacobian = leg_speeds(platform.geometry, np.zeros(len(AXES)))
@@ -53,7 +53,7 @@ def carried_along(setup: PlatformSetup, axis: str, f: np.ndarray) -> Sequence[Ca
     held = static_forces(platform, np.zeros(len(AXES)))
     turn = -((2 * np.pi * f) ** 2)
     return [
-        Carried(leg.rig, f, float(travel[i]), turn * pull[i] + 0j, turn * pull[i] + 0j, float(held[i]))
+        LoadResponse(leg.rig, f, float(travel[i]), turn * pull[i] + 0j, turn * pull[i] + 0j, float(held[i]))
         for i, leg in enumerate(platform.legs)
     ]
 
@@ -72,7 +72,7 @@ def platform_axes(platform: Platform) -> dict[str, str]:
 
 
 def response(linear: StateSpace, f: np.ndarray) -> np.ndarray:
-    """Of the first input, complex [outputs, k]."""
+    """The response to the first input at f [k] Hz, complex [outputs, k]."""
     turn = 2j * np.pi * f[:, None, None] * np.eye(len(linear.A)) - linear.A
     states = np.linalg.solve(turn, np.broadcast_to(linear.B[:, :1], (f.size, len(linear.A), 1)))
     return (linear.C @ states + linear.D[:, :1])[:, :, 0].T

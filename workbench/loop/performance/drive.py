@@ -56,7 +56,7 @@ class Demands:
 
 
 def demands(rig: Rig, position: np.ndarray, band: float | None = None) -> Demands:
-    """Of positions [k] m from mid stroke at the control period, up to a band [Hz], else half of the mode's frequency.
+    """What positions [k] m from mid stroke at the control period demand, up to a band [Hz], else half of the mode's.
 
     The file is taken as played forth and back, so that it may end elsewhere than it begins.
     """

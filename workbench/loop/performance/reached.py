@@ -20,8 +20,8 @@ from ..describing_function import SinePoint, played_sines, sampled_frequencies
 from ..rows import LinearLoops, LoopSetup
 from ..sampled_loop import SampledLoop
 from ..sines import amplitude_phase
-from .bounds import Motion
-from .carried import Carried, carried_by_jack, response
+from .bounds import HarmonicMotion
+from .carried import LoadResponse, carried_by_jack, response
 
 WITHIN = 0.05
 SHARES = (1.0, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1, 0.05)  # of the envelope, that are tried
@@ -46,7 +46,7 @@ class Followed:
 
 
 def followed(setup: LoopSetup, spec: ControllerSpec, loops: LinearLoops, f: np.ndarray, most: np.ndarray) -> Followed:
-    """Of envelopes `most` [k] m at f [k] Hz, whole samples a cycle, by a position loop without noise."""
+    """What a position loop without noise follows of amplitudes `most` [k] m at f [k] Hz, whole samples a cycle."""
     sines = [(float(each), share * float(top)) for each, top in zip(f, most, strict=True) for share in SHARES]
     period = setup.rig.period.value
     points = played_sines(setup.engine, setup.rig, lambda: spec.build(period), setup.null, sines)
@@ -99,8 +99,8 @@ def _largest(off: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Reached:
-    """Of a sine of `amplitude` [m] at f [Hz]: how far, as a share, what its `bound` is of is off it at best, and the
-    lowest chamber pressure [Pa] then; `told`: why the guard stopped it, if it did."""
+    """A sine of `amplitude` [m] at f [Hz] on a `bound`: `off`, by what share the bounded quantity misses it at best;
+    `lowest`, the lowest chamber pressure [Pa] then; `told`, why the guard stopped it, if it did."""
 
     f: float
     amplitude: float
@@ -132,9 +132,9 @@ class Cycle(NamedTuple):
         orders = np.arange(1, min(HARMONICS, samples // 4) + 1)
         return cls(f, samples, orders, np.exp(2j * np.pi * np.outer(np.arange(samples) / samples, orders)))
 
-    def opening(self, carried: Carried, amplitude: float) -> np.ndarray:
+    def opening(self, carried: LoadResponse, amplitude: float) -> np.ndarray:
         """Harmonics [k] of the opening that the lands need, at most full, for a sine of what a jack carries at f."""
-        opening = np.clip(Motion(carried).opening(np.array([amplitude]))[0], -1.0, 1.0)
+        opening = np.clip(HarmonicMotion(carried).opening(np.array([amplitude]))[0], -1.0, 1.0)
         at = np.arange(opening.size) / opening.size
         return 2 * np.exp(-2j * np.pi * np.outer(self.orders, at)) @ opening / opening.size
 

@@ -88,7 +88,7 @@ class Inputs:
 
 
 @dataclass(frozen=True)
-class Instants:
+class PlatformSamples:
     """What a loop did at k instants: states x [k, n], commands held, sent and demanded [k, 6], and why it stopped."""
 
     x: np.ndarray
@@ -131,11 +131,11 @@ class CompiledPlatform:
         return self.whole.shape
 
     def memory(self, command: np.ndarray, law: np.ndarray) -> np.ndarray:
-        """Of a lane whose drives have held commands [6] for long and whose law is in this state."""
+        """The memory of a lane whose drives have held commands [6] for long and whose law is in this state."""
         return self.whole.start(law[None], command[None])[0]
 
     def numbers(self, offset: np.ndarray) -> np.ndarray:
-        """Of law, guards and sensors, one leg after the other; `offset` [6]: with which the law begins."""
+        """The numbers of law, guards and sensors, one leg after the other; `offset` [6] is what the law begins with."""
         return self.whole.parameters(self.law.numbers[None], offset[None])[0]
 
     def play(self, lanes: Sequence[Lane]) -> tuple[Batch, dict[str, np.ndarray]]:
@@ -178,11 +178,11 @@ def coupling_numbers(setup: PlatformSetup) -> np.ndarray:
     )
 
 
-def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> Instants:
+def run_compiled(setup: PlatformSetup, sensors: LegSensors, law: PlatformLaw, inputs: Inputs) -> PlatformSamples:
     """The loop of a law along its inputs, from the setup's operating point."""
     loop = CompiledPlatform(setup, sensors, law)
     batch, out = loop.play([(setup.null, inputs, setup.engine.plant.p)])
     failed = int(batch.failed[0])
     k = len(inputs.reference) if failed < 0 else failed + 1
     reason = loop.trip(out["trip"][0, k - 1]) if failed < 0 else SIMULATION_FAILED
-    return Instants(batch.x[0, :k], out["held"][0, :k], out["sent"][0, :k], out["demanded"][0, :k], reason)
+    return PlatformSamples(batch.x[0, :k], out["held"][0, :k], out["sent"][0, :k], out["demanded"][0, :k], reason)

@@ -24,7 +24,7 @@ _SEED = 1  # of the phases, with the motion's own
 
 
 @dataclass(frozen=True)
-class Motion:
+class AxesMultisine:
     """A multisine on all axes: its name, seconds, band [Hz], and what draws its phases."""
 
     name: str
@@ -33,13 +33,13 @@ class Motion:
     phases: int
 
 
-def six_sines(setup: PlatformSetup, motion: Motion) -> np.ndarray:
+def six_sines(setup: PlatformSetup, motion: AxesMultisine) -> np.ndarray:
     """Poses [k, 6] of size 1 m at the joints along each axis, as `sines` has them, at rest at home before and after."""
     rest = np.zeros((round(REST / setup.platform.period), LEGS))
     return np.vstack((rest, sines(setup.platform, motion, AXES), rest))
 
 
-def sines(platform: Platform, motion: Motion, axes: Sequence[str]) -> np.ndarray:
+def sines(platform: Platform, motion: AxesMultisine, axes: Sequence[str]) -> np.ndarray:
     """Poses [k, 6] of size 1 m at the joints along each of the axes, from home and back: each has harmonics of its own,
     dealt in turn, so that whatever answers at a frequency answers one axis; sizes fall as 1/f, which is an even
     spectrum of speed."""

@@ -70,7 +70,7 @@ class Left:
 
     @classmethod
     def of(cls, inverse: np.ndarray, response: np.ndarray) -> "Left":
-        """Of inverses and responses [k, 6, 6]."""
+        """What inverses L of responses G leave, both [k, 6, 6]."""
         left = np.eye(LEGS) - inverse @ response
         return cls(np.abs(np.linalg.eigvals(left)).max(axis=-1), np.linalg.norm(left, 2, axis=(-2, -1)))
 
@@ -89,8 +89,8 @@ def measured_left(measured: MatrixResponse) -> Left:
 
 
 def other_left(measured: MatrixResponse, declared: np.ndarray, other: np.ndarray) -> Left:
-    """Where the payload is another one: the measured response, changed as the linear model says that it changes, from
-    its response `declared` to the `other` [k, 6, 6]."""
+    """What is left with another payload: the measured response changes as the linear model says, from its response
+    `declared` to the `other` [k, 6, 6]."""
     changed = other @ np.linalg.inv(declared) @ measured.response
     return Left.of(inverted(measured.response), changed)
 
@@ -136,7 +136,7 @@ class RepeatedMotion:
 
     @classmethod
     def of(cls, spec: PlatformSpec, setup: PlatformSetup, seed: int | None) -> "RepeatedMotion":
-        """Of a controller on a platform."""
+        """The motion repeated by a controller on a platform."""
         return cls(setup, spec.build(setup.platform.period, setup.directions), seed)
 
     def play(self, number: int, drive: np.ndarray, gain: float) -> Iteration:

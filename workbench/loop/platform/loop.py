@@ -17,13 +17,13 @@ from ...engine.guard_shape import length
 from ...engine.instant import controller_instant
 from ...rigs.platform import AXES
 from ..sampled_loop import SIMULATION_FAILED
-from .compiled import CompiledPlatform, Inputs, Instants, LegSensors, run_compiled
+from .compiled import CompiledPlatform, Inputs, LegSensors, PlatformSamples, run_compiled
 from .setup import PlatformSetup
 
 
 def run_in_python(
     setup: PlatformSetup, sensors: LegSensors, controller: PlatformController, inputs: Inputs
-) -> Instants:
+) -> PlatformSamples:
     """The loop of a controller along its inputs, from the setup's operating point."""
     engine, period = setup.engine, setup.platform.period
     x, u = setup.null.x.copy(), setup.null.u.copy()
@@ -48,7 +48,7 @@ def run_in_python(
             break
         x = after
     states, held, every, asked = (np.array(column) for column in zip(*rows, strict=True))
-    return Instants(states, held, every, asked, reason or guards.reason)
+    return PlatformSamples(states, held, every, asked, reason or guards.reason)
 
 
 class _Guards:
@@ -144,7 +144,7 @@ def inputs_of(
     return Inputs(pose, reference, controller.forward_commands(reference, period), others, normal)
 
 
-def _result(setup: PlatformSetup, inputs: Inputs, done: Instants) -> PlatformRun:
+def _result(setup: PlatformSetup, inputs: Inputs, done: PlatformSamples) -> PlatformRun:
     plant, k = setup.engine.plant, len(done.x)
     outputs = setup.engine.outputs(done.x, np.hstack((done.held, inputs.others[:k])))
     signals = {name: outputs[:, i] for i, name in enumerate(plant.outputs)}

@@ -95,7 +95,7 @@ def matrix_response(asked: np.ndarray, answered: np.ndarray, order: np.ndarray) 
 
 
 def averaged(f: np.ndarray, responses: np.ndarray) -> MatrixResponse:
-    """Of realizations [n, k, 6, 6]: their mean, with the deviation that their scatter gives it, averaged over lines."""
+    """The mean of realizations [n, k, 6, 6], with the deviation that their scatter gives it, averaged over lines."""
     count = len(responses)
     variance = np.abs(responses - responses.mean(axis=0)) ** 2
     variance = variance.sum(axis=0) / (count * (count - 1))

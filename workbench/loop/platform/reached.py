@@ -57,7 +57,7 @@ def reached_along(
 
 
 def _responses(setup: PlatformSetup, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of poses to commands [k, 6, 6], and of each leg's opening, over full travel, to its own command [k, 6]."""
+    """Responses of poses to commands [k, 6, 6], and of each leg's opening over full travel to its command [k, 6]."""
     plant, legs = setup.engine.plant, setup.platform.legs
     outputs = (*AXES, *(f"leg{i + 1}.spool" for i in range(LEGS)))
     a, b, c, d = jacobians(plant, setup.smooth, _COMMANDS, outputs, setup.p_smooth)

@@ -17,7 +17,7 @@ from .transfer import platform_transfer
 
 
 @dataclass(frozen=True)
-class Played:
+class PlayedRecord:
     """A record played: the true motion that is wanted [k, 6], the first and the best run, and the errors of all: RMS
     over all axes, angles times the radius of the joints, m."""
 
@@ -61,7 +61,7 @@ def play(
     highest: float,
     iterations: int,
     seed: int | None = None,
-) -> Played:
+) -> PlayedRecord:
     """Play poses [k, 6], then correct and play them again `iterations` times, below the `highest` frequency [Hz]; stops
     where a run trips."""
     inverse, weights = _inverse(setup, controller, len(target), highest), setup.platform.geometry.weights
@@ -71,7 +71,7 @@ def play(
         errors.append(float(np.sqrt(np.mean((error * weights) ** 2))))
         asked = asked + _corrected(inverse, error)
         runs.append(run_platform(setup, controller, asked, seed))
-    return Played(target, runs[0], runs[int(np.argmin(errors)) if errors else 0], errors)
+    return PlayedRecord(target, runs[0], runs[int(np.argmin(errors)) if errors else 0], errors)
 
 
 def _corrected(inverse: np.ndarray, error: np.ndarray) -> np.ndarray:

@@ -76,8 +76,8 @@ def _legs(setup: PlatformSetup, draw: PlatformDraw, random: np.random.Generator)
 
 @dataclass(frozen=True)
 class LinearColumns:
-    """Of drawn platforms [n]: whether the linear loop is stable, its Ms and how far a surge moves the pitch at 5 Hz
-    [percent], both NaN where it is not."""
+    """Whether the linear loops of drawn platforms [n] are stable, their Ms, and how far a surge moves the pitch at 5 Hz
+    [percent], both NaN where a loop is not."""
 
     stable: np.ndarray
     ms: np.ndarray

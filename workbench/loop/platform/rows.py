@@ -49,7 +49,7 @@ def judge_platform(
 
 
 def linear_numbers(transfer: PlatformTransfer) -> dict[str, Any]:
-    """Of a linear loop: whether it is stable, Ms, and surge into pitch at 5 Hz [%], None of an unstable one."""
+    """Whether a linear loop is stable, its Ms, and surge into pitch at 5 Hz [%], both None of an unstable one."""
     if not transfer.stable:
         return {"stable": False, "ms": None, "coupling_percent": None}
     coupling = 100 * transfer.coupling("pitch", "surge")
@@ -141,7 +141,7 @@ class PlatformSine:
     distortion: float
 
     def row(self) -> dict[str, Any]:
-        """Of metrics.json: percent of the amplitude asked for, by axis."""
+        """The sine's row in metrics.json: percent of the amplitude asked for, by axis."""
         axes = {
             key: {
                 axis: None if np.isnan(part) else 100 * float(abs(part))
@@ -193,8 +193,8 @@ def _harmonic(t: np.ndarray, y: np.ndarray, hz: float) -> complex:
 def followed_along(
     setup: PlatformSetup, controller: PlatformController, axis: str, f: np.ndarray, most: np.ndarray
 ) -> Followed:
-    """Of envelopes `most` [k] m or rad at f [k] Hz, without noise, up to the first frequency at which nothing is
-    followed; nothing corrects amplitude and phase here."""
+    """What a platform follows of amplitudes `most` [k] m or rad at f [k] Hz without noise, up to the first frequency at
+    which it follows nothing; nothing corrects amplitude and phase here."""
     amplitude, error = np.full((2, f.size), np.nan)
     exact = True  # whether the error was within so far
     for k, (each, top) in enumerate(zip(f.tolist(), most.tolist(), strict=True)):
@@ -213,7 +213,7 @@ def followed_along(
 
 
 def _response(setup: PlatformSetup, controller: PlatformController, axis: str, f: float, amplitude: float) -> complex:
-    """Of the pose along the axis to a sine of an amplitude [m or rad]; NaN where it trips."""
+    """The response of the pose along the axis to a sine of an amplitude [m or rad]; NaN where it trips."""
     place = AXES.index(axis)
     sine = platform_sine(setup, controller, place, f, amplitude * float(setup.platform.geometry.weights[place]))
     return complex(sine.pose[place])

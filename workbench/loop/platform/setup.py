@@ -11,7 +11,7 @@ from ...linear.platform_modes import decoupling, platform_equilibrium
 from ...plant.platform import build_platform
 from ...rigs.platform import Platform
 from ...rigs.rig import Rig
-from ..guard_numbers import Carried
+from ..guard_numbers import LegLoad
 from ..rig_variations import with_delay
 
 
@@ -29,7 +29,7 @@ class PlatformSetup:
     directions: np.ndarray
     masses: np.ndarray
     leg_masses: np.ndarray
-    carried: tuple[Carried, ...]
+    carried: tuple[LegLoad, ...]
     inertia: np.ndarray
 
     @property
@@ -39,7 +39,7 @@ class PlatformSetup:
         return tuple(leg.rig.with_values(M=float(mass)) for leg, mass in pairs)
 
     def known_as(self, declared: "PlatformSetup") -> "PlatformSetup":
-        """The same platform, of which loops and guards know what they know of another one."""
+        """This platform, of which loops and guards know what the `declared` one is, not what this one is."""
         names = ("directions", "leg_masses", "carried", "inertia")
         return replace(self, **{name: getattr(declared, name) for name in names})
 
@@ -64,12 +64,12 @@ def platform_setup(
     return PlatformSetup(platform, engine, null, calm, smooth, directions, masses, leg_masses, *held)
 
 
-def _carried(platform: Platform, engine: Engine, null: Equilibrium, masses: np.ndarray) -> tuple[Carried, ...]:
+def _carried(platform: Platform, engine: Engine, null: Equilibrium, masses: np.ndarray) -> tuple[LegLoad, ...]:
     """By each leg: of any direction in which the platform may move; at rest, what pressures and load cell say."""
     outputs = dict(zip(engine.plant.outputs, engine.observe(null.x, null.u).tolist(), strict=True))
     legs = []
     for i, leg in enumerate(platform.legs):
         load = outputs[f"leg{i + 1}.jack_force"]
         weight, rod = load - outputs[f"leg{i + 1}.force"], leg.numbers["rod_mass"].value
-        legs.append(Carried(float(max(masses)), float(min(masses)), load, rod, weight))
+        legs.append(LegLoad(float(max(masses)), float(min(masses)), load, rod, weight))
     return tuple(legs)

@@ -27,7 +27,7 @@ class AxisStep:
 
     @classmethod
     def named(cls, name: str) -> "AxisStep":
-        """Of a name such as "heave-10mm" or "pitch-1deg". Raises InputError."""
+        """The step that a name such as "heave-10mm" or "pitch-1deg" tells. Raises InputError."""
         match = _NAME.fullmatch(name)
         if not match:
             raise InputError(f'"{name[:80]}": write an axis and a size, such as heave-10mm or pitch-1deg')

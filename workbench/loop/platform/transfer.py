@@ -37,7 +37,7 @@ class PlatformTransfer:
 
 
 def platform_transfer(setup: PlatformSetup, controller: PlatformController, f: np.ndarray) -> PlatformTransfer:
-    """Of a controller at the setup's operating point. Raises NoLinearView for a law without one."""
+    """A controller's linear loop at the setup's operating point. Raises NoLinearView for a law without one."""
     period, n = setup.platform.period, len(controller.measures)
     a, b, c, _ = _plant(setup, controller.measures)
     al, bl, cl, dl = _laws(setup, controller)
@@ -118,7 +118,7 @@ def _forward(controller: PlatformController, f: np.ndarray) -> np.ndarray:
 
 
 def _smoothing(controller: PlatformController, f: np.ndarray, period: float) -> np.ndarray:
-    """Of the pose asked for [k]."""
+    """The response [k] of the filter that smooths the pose asked for."""
     return np.ones(len(f)) if controller.smoothing is None else controller.smoothing.response(f, period)
 
 

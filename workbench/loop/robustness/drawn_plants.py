@@ -89,7 +89,7 @@ def _random(seed: int, first: int) -> np.random.Generator:
 
 
 def drawn(problem: RobustnessProblem, plant: Plant, block: range | None = None) -> PlantDraw:
-    """The same for the same seed, all or a `block` of them. The first is the nominal one at mid stroke."""
+    """All drawn plants, or a `block` of them, equal for equal seeds. The first is the nominal one at mid stroke."""
     reach = problem.stroke * problem.rig.limit("stroke")
     way = problem.step if problem.signal.name == "position" else 0.0
     span = -reach, reach - way

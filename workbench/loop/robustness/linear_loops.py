@@ -21,7 +21,8 @@ _COLUMNS = [column.name for column in fields(LaneMargins)]
 
 @dataclass(frozen=True)
 class Place:
-    """Where all plants are linearised: a `position` [m] from mid stroke, None where each was drawn; null or moving."""
+    """A place at which all plants are linearised: a `position` [m] from mid stroke, or None for that at which each was
+    drawn; at null or moving."""
 
     position: float | None
     point: str
@@ -32,7 +33,7 @@ class Place:
 
 
 def places(problem: RobustnessProblem) -> list[Place]:
-    """Where each plant was drawn, and at every position; a linear plant has none."""
+    """The places of a problem: where each plant was drawn and, for a jack, each named position; at null and moving."""
     stroke = problem.rig.limit("stroke")
     positions = [share * stroke for share in problem.positions if problem.rig.is_jack]
     return [Place(position, point) for position in (None, *positions) for point in POINTS]

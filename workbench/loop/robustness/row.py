@@ -26,8 +26,9 @@ _WEIGHTS = {"unstable": 4, "tripped": 2, "hunting": 1}  # how bad, for the worst
 
 @dataclass(frozen=True)
 class Kept:
-    """Of a controller: `lanes`, columns [plants] of its steps and of its worst linear loop, empty without steps; of
-    each `place` a name in front of the columns of `of_place`; at which of them a plant is `furthest` from stable."""
+    """A controller's columns [plants]. `lanes`: its steps and its worst linear loop, empty without steps. `loops`: what
+    `of_place` has at each place, behind the place's name, and `furthest`, the index of the place at which a plant is
+    furthest from stable."""
 
     spec: ControllerSpec
     delay: float
@@ -37,7 +38,7 @@ class Kept:
 
     @classmethod
     def of(cls, spec: ControllerSpec, problem: RobustnessProblem) -> "Kept":
-        """Of a controller with its own computing delay, or the rig's."""
+        """The empty columns of a controller with its own computing delay, or the rig's."""
         return cls(spec, problem.conditions.delay(spec, problem.rig), places(problem))
 
     def take(self, results: Mapping[str, dict[str, Any]], block: range) -> None:
@@ -60,7 +61,7 @@ class Kept:
         ]
 
     def furthest(self, lane: int) -> Place:
-        """Where the poles of a plant are furthest out."""
+        """The place at which the poles of a plant are furthest out."""
         return self.at[self.loops["furthest"][lane]]
 
     @property
@@ -100,7 +101,7 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
 
 
 def settling_quantiles(settling: np.ndarray) -> dict[str, float | None]:
-    """Of settling times [plants] s, infinite on a plant that never settles: the median, 99 % and the worst."""
+    """The median, 99 % and the worst of settling times [plants] s, infinite on a plant that never settles."""
     shares = {"p50": 0.5, "p99": 0.99, "worst": 1.0}
     return {f"settling_{name}_s": quantile(settling, share) for name, share in shares.items()}
 

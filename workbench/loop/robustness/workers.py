@@ -10,7 +10,7 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import Controller, graph_law
-from ..batch import Lanes, play_lanes
+from ..batch import BatchRun, play_lanes
 from ..envelope import HUNTING
 from ..margins import LaneMargins
 from ..sensors import settling_band
@@ -20,7 +20,7 @@ from .linear_loops import Place, linear_loops, places, worst_places
 from .problem import RobustnessProblem
 
 BLOCK = 1000  # plants at a time: what they need is let go, so that memory does not grow with their number
-LaneRuns = Iterable[tuple[slice, Lanes]]
+LaneRuns = Iterable[tuple[slice, BatchRun]]
 _Task = Callable[[RobustnessProblem, DrawnPlants, Mapping[str, Controller]], dict[str, Any]]
 
 
@@ -40,8 +40,8 @@ def blocks(problem: RobustnessProblem) -> list[range]:
 
 
 def items(problem: RobustnessProblem, block: range) -> dict[str, Item]:
-    """Of a block of plants, by the names of their stages: all controllers of a computing delay at every place, then the
-    steps of each."""
+    """The work on a block of plants by the names of its stages: all controllers of a computing delay at every place,
+    then the steps of each."""
     by_delay: dict[float, list[ControllerSpec]] = {}
     for spec in problem.controllers:
         by_delay.setdefault(problem.conditions.delay(spec, problem.rig), []).append(spec)

@@ -81,7 +81,7 @@ class Goals:
         return Verdict(0, None, 0.0, self._cost(envelope, controller, met), met)
 
     def hardest(self, values: Mapping[str, float]) -> list[list[int]]:
-        """Of all drawn plants the hardest for a design, by kind; none for numbers that make no controller."""
+        """The drawn plants that are hardest for a design, by kind; none for numbers that make no controller."""
         spec = self._controller(values)
         if spec is None:
             return []
@@ -121,8 +121,9 @@ class Goals:
         return cost
 
     def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
-        """Of a step settling [s], all of the run where it never settles, and overshoot [%]; IAE over the step, or over
-        the band of a load [s]: that of a load is finite where a loop without integral action never makes up for it."""
+        """The numbers of a cost: IAE over the step, or over the settling band of a load [s]; of a step settling [s],
+        all of the run where it never settles, and overshoot [%]. The IAE of a load is finite where a loop without
+        integral action never makes up for it."""
         seconds, moves = self.problem.limits.seconds, self.problem.limits.moves
         noise = self.problem.conditions.noise
         noisy = steps(envelope.played(controller), controller, scenario, noise, seconds, moves)

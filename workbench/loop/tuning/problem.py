@@ -33,7 +33,7 @@ class Searched:
 
     @property
     def name(self) -> str:
-        """As metrics.json has it: gain, or compensators.1.gain of the first compensator."""
+        """The number's name in metrics.json: gain, or compensators.1.gain of the first compensator."""
         return ".".join(str(key + 1) if isinstance(key, int) else key for key in self.path)
 
     def rounded(self, value: float) -> float:

@@ -187,7 +187,7 @@ class _Search:
 
 
 def verdict_of(goals: Goals, values: Values, drawn: Plants) -> dict[str, Any]:
-    """As a stage can store it."""
+    """The verdict on a design, as a stage can store it."""
     return asdict(goals.judge(values, drawn))
 
 
