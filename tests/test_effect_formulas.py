@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
 from hypothesis import given, settings, strategies as st
+from scipy.signal import bessel, butter, freqs
 
 from workbench.plant.effects import LIBRARY, find
 
@@ -18,6 +19,7 @@ LAGS = {
     ("drive.lag", "command two poles"),
     ("sensor.lag", "first order"),
     ("sensor.lag", "line"),
+    *(("sensor.filter", f"{name} {order}") for name in ("bessel", "butterworth") for order in (2, 4)),
 }
 
 
@@ -351,6 +353,20 @@ def test_every_formula_is_tested_against_its_docstring():
         assert all(law.__doc__ for law in effect.laws.values())
 
 
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("design", [bessel, butter])
+@FEW
+@given(tau=some(2e-4, 0.05), ratio=some(0.0, 3.0))
+def test_a_logger_s_filter_is_that_of_the_tables(design, order, tau, ratio):
+    """Beside the 10 us that a time constant cannot fall below; its gain is -3 dB at 1/(2 pi tau)."""
+    norm = {"norm": "mag"} if design is bessel else {}
+    b, a = design(order, 1.0, analog=True, **norm)
+    frequency, name = ratio / (2 * np.pi * tau), "butterworth" if design is butter else "bessel"
+    for slot in ("sensor_pa", "sensor_acceleration"):
+        got = response(find("sensor.filter", f"{name} {order}"), slot, tau, frequency)
+        assert abs(got - freqs(b, a, [ratio])[1][0]) < 3 * order * ratio * T0 / tau + 1e-9
+
+
 @FEW
 @given(u=some(-1, 1), jump=some(0, 0.6))
 def test_a_jump_is_added_to_the_command_s_sign(u, jump):
@@ -361,7 +377,8 @@ def test_a_jump_is_added_to_the_command_s_sign(u, jump):
 
 def response(effect, slot, tau, frequency, **p):
     """Frequency response of a linear law, from its matrices."""
-    names = [s.name for s in effect.states if slot in ("current", "command") or s.name[0] == slot[-1]]
+    places = {s.name: s.of or ("sensor_p" + s.name[0] if slot.startswith("sensor") else slot) for s in effect.states}
+    names = [name for name, place in places.items() if place == slot]
     numbers = {"tau": tau, **p}
 
     def column(value, **x):

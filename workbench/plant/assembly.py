@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from .effects.effect import Effect, Scope
-from .effects.slots import SLOTS
+from .effects.slots import SENSED, SLOTS
 
 
 @dataclass(frozen=True)
@@ -187,6 +187,7 @@ class Assembly:
         self._effects = effects
         self._shifts: dict[str, list[str]] = {}
         self._acting: set[str] = set()
+        self._passed: set[str] = set()
         for effect, values in effects:
             self._add_effect(effect, values)
 
@@ -238,6 +239,12 @@ class Assembly:
         """Name outputs, by the names of signals.py."""
         self._outputs.update(expressions)
 
+    def measure(self) -> None:
+        """Pass every output that has a sensor through the slot of it, but for those that passed already."""
+        for name in SENSED:
+            if name in self._outputs and f"sensor_{name}" not in self._passed:
+                self._outputs[name] = self.slot(f"sensor_{name}", self._outputs[name])
+
     @property
     def outputs(self) -> Mapping[str, ca.SX]:
         """The outputs named so far."""
@@ -249,6 +256,7 @@ class Assembly:
 
     def slot(self, name: str, value: Any, **context: ca.SX) -> Any:
         """Pass a quantity through every effect in this slot; with none it comes back as it was."""
+        self._passed.add(name)
         for effect, _ in self._effects:
             if name in effect.laws:
                 self._acting.add(effect.name)
@@ -276,9 +284,11 @@ class Assembly:
 
     def _drop_idle(self) -> None:
         for effect, _ in self._effects:
-            if effect.name not in self._acting:
-                for state in effect.states:
+            idle = effect.name not in self._acting
+            for state in effect.states:
+                if idle or (state.of and state.of not in self._passed):
                     del self._x[effect.key(state.name)], self._variables[effect.key(state.name)]
+            if idle:
                 for given in effect.inputs:
                     del self._effect_inputs[effect.key(given.name)]
 

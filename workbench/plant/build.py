@@ -54,6 +54,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
         acceleration=acceleration,
         **cell_forces(b, rod, force, acceleration),
     )
+    b.measure()
     return b.finish()
 
 
@@ -76,6 +77,7 @@ def build_force_port(rig: Rig) -> Plant:
     jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
     _outputs(b, valve, cylinder, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
+    b.measure()
     return b.finish()
 
 

@@ -47,7 +47,7 @@ def default_plan(count: int, seed: int, rig: str = JACK, kind: str | None = None
     kinds = np.repeat(list(shares), np.diff(parts))
     order = np.random.default_rng([seed, 0])
     described = _rig(rig)
-    able = dict.fromkeys(effect.name for effect in known_effects() if applies(effect, described))
+    able = dict.fromkeys(effect.name for effect in known_effects() if applies(effect, described) and not effect.alike)
     names = order.permutation(list(able)).tolist()
     return [planned(described, str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
 

@@ -19,6 +19,7 @@ EFFECT = {
     "load.spring": "a spring holds the load",
     "load.compliance": "the mount or the rod gives",
     "sensor.lag": "the pressure sensors are late",
+    "sensor.filter": "a low pass of the logger delays all that is measured",
 }
 PUMP_EFFECT = {
     "sensor.zero": "the pressure sensors have another zero point",

@@ -11,7 +11,7 @@ from ...identify.found.fitted import effect_numbers, fitted, not_physical, pinne
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
-from ...plant.effects import Effect
+from ...plant.effects import Effect, known_effects
 from ...plant.effects.declared import effects_for
 from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
@@ -81,6 +81,7 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     text += "".join(
         _strange(fit.candidate.effect, trace) + _at_end(fit.candidate.effect, trace) for fit in trace.effects
     )
+    text += _of_the_logger(trace)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     if ends or trace.verdict in ("incomplete", "unknown"):
@@ -112,6 +113,20 @@ def _strange(effect: Effect, trace: Trace) -> str:
     if not below:
         return ""
     return f" Careful: {title(effect)} is fitted with {listed(below)}, which is not physical: its shape is another."
+
+
+def _of_the_logger(trace: Trace) -> str:
+    """The effects that no record of a plant tells from those named, and what would: said wherever one is named."""
+    kin = {fit.candidate.effect.kin for fit in trace.effects}
+    declared = {use.name for use in trace.problem.rig.effects}
+    alike = dict.fromkeys(e.name for e in known_effects() if e.alike in kin and e.name not in declared)
+    if not alike:
+        return ""
+    said = listed([f"{ALL_EFFECTS[name]} ({name})" for name in alike], "or")
+    return (
+        f" It may as well be that {said}: no record of the plant tells that from a late command. Loop the command back "
+        "into the logger, or read the logger's setting and declare it."
+    )
 
 
 def _at_end(effect: Effect, trace: Trace) -> str:

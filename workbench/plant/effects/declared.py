@@ -12,14 +12,15 @@ from .known import acts, known_effects
 
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
-    """Effects of the library, of the rig and of files that act on it, less those it declares and those in `without`.
+    """Effects of the library, of the rig and of files that act on it, less those it declares, those in `without`,
+    and those that no record of a plant tells from others.
 
     Raises InputError for a name in `without` that there is not.
     """
     known = known_effects(dict.fromkeys((*rig.effect_files, *map(str, files))))
     check_known("--without", without, {effect.name for effect in known}, "effect")
     gone = {*without, *(use.name for use in rig.effects)}
-    return tuple(effect for effect in known if effect.name not in gone and acts(effect, rig))
+    return tuple(effect for effect in known if effect.name not in gone and not effect.alike and acts(effect, rig))
 
 
 def effect_use(effect: Effect, values: Mapping[str, float], source: str) -> EffectUse:

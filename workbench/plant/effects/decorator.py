@@ -40,13 +40,16 @@ def number(
     return EffectNumber(name, si, shown or si, typical, low, high, meaning, dry, off, tried, given, refines, at_least)
 
 
-def state(name: str, si: str, scale: float, start: float = 0.0, memory: bool = False, follows: str = "") -> EffectState:
+def state(
+    name: str, si: str, scale: float, start: float = 0.0, memory: bool = False, follows: str = "", of: str = ""
+) -> EffectState:
     """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value.
 
     `memory`: it stays where it was until something drags it along. `follows` names the plant's state that it comes to
-    where nothing moves, and starts at, as what is measured late does.
+    where nothing moves, and starts at, as what is measured late does. `of` names a slot that not every plant has: the
+    state is there with it.
     """
-    return EffectState(name, si, scale, start, memory, follows)
+    return EffectState(name, si, scale, start, memory, follows, of)
 
 
 def effect(
@@ -62,16 +65,19 @@ def effect(
     family: str = "",
     also: Mapping[str, Law] | None = None,
     kinds: tuple[str, ...] = (),
+    alike: str = "",
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
-    those of valve on whose rigs alone it is sought.
+    those of valve on whose rigs alone it is sought, `alike` a family that records cannot tell it from.
 
     Raises InputError for a name, equation, slot or number that cannot be.
     """
 
     def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family, kinds=kinds)
+        new = Effect(
+            name, formula, equation, source, shows, laws, numbers, states, family=family, kinds=kinds, alike=alike
+        )
         check(new)
         return new
 

@@ -45,7 +45,8 @@ class EffectNumber:
 class EffectState:
     """A state that an effect adds: SI unit, magnitude, and a plausible start value, or the state that it `follows`.
 
-    `memory`: it stays where it was until something drags it along, as a play does, so that a loop may hunt on it.
+    `memory`: it stays where it was until something drags it along, as a play does, so that a loop may hunt on it. A
+    state `of` a slot is not there in a plant without this slot.
     """
 
     name: str
@@ -54,6 +55,7 @@ class EffectState:
     start: float = 0.0
     memory: bool = False
     follows: str = ""
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,9 +74,10 @@ class Effect:
     `equation` is the one of EQUATIONS that lacks it, `family` the effects that look alike, `shows` the excitation that
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
     where it is `interpolated`, the plant holds the mean over each period of what arrives in it. `kinds` are those of
-    valve on whose rigs alone it is sought; without, all that have its slots. `shifts` names a number of the rig to
-    which its first number is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of
-    its numbers that are 0 where a static curve of many numbers is straight: what tells little of them leaves it so.
+    valve on whose rigs alone it is sought; without, all that have its slots. `alike` is a family that no record of a
+    plant tells it from: it is declared, and never sought. `shifts` names a number of the rig to which its first number
+    is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of its numbers that are 0
+    where a static curve of many numbers is straight: what tells little of them leaves it so.
     """
 
     name: str
@@ -90,6 +93,7 @@ class Effect:
     delay: str = ""
     interpolated: bool = False
     kinds: tuple[str, ...] = ()
+    alike: str = ""
     shifts: str = ""
     bends: tuple[Mapping[str, float], ...] = ()
 

@@ -23,8 +23,13 @@ def second_order(value: ca.SX, s: Scope, state: str, prefix: str = "") -> ca.SX:
     States `state` (y) and `state`_rate (T y') [unit of value]; `prefix`tau [s] and `prefix`zeta [1] are numbers of the
     effect.
     """
+    return section(value, s, state, s.p(f"{prefix}tau"), s.p(f"{prefix}zeta"))
+
+
+def section(value: ca.SX, s: Scope, state: str, tau: ca.SX, zeta: ca.SX | float) -> ca.SX:
+    """`second_order` with a time tau [s] and a damping ratio zeta that are expressions."""
     y, w = s.x(state), s.x(f"{state}_rate")
-    length, zeta = s.p(f"{prefix}tau") + FAST, s.p(f"{prefix}zeta")
+    length = tau + FAST
     bend = value - y - 2 * zeta * w  # T^2 y''
     s.rate(state, w / length)
     s.rate(f"{state}_rate", bend / length)

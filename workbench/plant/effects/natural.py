@@ -12,8 +12,10 @@ import casadi as ca
 import numpy as np
 
 from ...base.errors import InputError, nearest
+from ...base.signals import SIGNALS
 from ...rigs.rig import Rig
 from .effect import Effect, Scope
+from .slots import SENSED
 
 Reader = Callable[[Any, Scope], ca.SX]
 """Takes what passes through a slot, and the scope; returns the variable."""
@@ -109,6 +111,16 @@ _COMMAND = Passage(
 )
 _TRANSDUCER = Passage((Part("Pa", 1e7, 1e7),), (_pressure(_passing, passes=True),), signal=True)
 
+LARGE = {
+    "current": 0.02,
+    "spool": 1e-3,
+    **dict.fromkeys(("pa", "pb", "supply"), 1e7),
+    "position": 0.1,
+    "acceleration": 10.0,
+    "force": 1e4,
+}
+"""Large values [SI] of measured signals."""
+
 PASSAGES: Mapping[str, Passage] = {
     "command": _COMMAND,
     "corrector": Passage(
@@ -164,6 +176,7 @@ PASSAGES: Mapping[str, Passage] = {
     "motor_losses": Passage((Part("N m", 0.1),), (_drop(_given("drop")),)),
     "hoses": Passage((Part("m^3/Pa", 1e-12),) * 2, ()),
     "loader": _FORCE,
+    **{f"sensor_{name}": Passage((Part(SIGNALS[name].si, LARGE.get(name, 1.0)),), (), signal=True) for name in SENSED},
     "sensor_pa": _TRANSDUCER,
     "sensor_pb": _TRANSDUCER,
 }

@@ -6,6 +6,7 @@ Effects in the same slot act one after the other, in the order in which a rig de
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from ...base.signals import MEASURED, SIGNALS
 from ...rigs.valve import VALVES
 
 
@@ -16,6 +17,9 @@ class Slot:
     passes: str
     offers: tuple[str, ...] = ()
 
+
+SENSED = tuple(name for name in MEASURED if name != "load_pressure")
+"""Signals with a sensor of their own."""
 
 _VALVE = {
     "command": Slot("spool-position command [1] after the drive's input"),
@@ -47,10 +51,9 @@ _PLANT = {
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
-    "sensor_pa": Slot("pressure signal of chamber A [Pa]"),
-    "sensor_pb": Slot("pressure signal of chamber B [Pa]"),
+    **{f"sensor_{name}": Slot(f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]") for name in SENSED},
 }
-"""Slots of every plant, whatever its valve."""
+"""Slots of every plant, whatever its valve; that of a signal which a plant has not is not there."""
 
 _MASS = {
     "load": Slot("load-cell force [N], against positive motion", ("position", "velocity")),

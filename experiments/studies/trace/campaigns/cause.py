@@ -56,7 +56,7 @@ def _cause(effect: Effect) -> Cause:
     return Cause(effect, BESIDE.get(effect.name, right), SLOW.get(effect.name, 1e-4), initial_states)
 
 
-LIBRARY_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in known_effects())
+LIBRARY_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in known_effects() if not effect.alike)
 OTHER_FORMULA_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in OTHER_FORMULAS)
 UNNAMED_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in UNNAMED)
 

@@ -1,12 +1,15 @@
-"""sensor.lag: the pressure transducers sit at the end of lines and answer late."""
+"""What measures: pressure transducers at the end of lines (sensor.lag), a logger's low pass (sensor.filter)."""
 
 from functools import partial
 
 import casadi as ca
 
-from ..decorator import effect, number, state
-from ..effect import Scope
-from ..lag import first_order, second_order
+from ....base.signals import SIGNALS
+from ..decorator import Law, effect, number, state
+from ..effect import Effect, Scope
+from ..lag import first_order, second_order, section
+from ..natural import LARGE
+from ..slots import SENSED
 
 _DOEBELIN = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 6: transducer and tubing"
 _A, _B = state("a", "Pa", 1e7, follows="P1"), state("b", "Pa", 1e7, follows="P2")
@@ -56,3 +59,48 @@ def _line_b(pressure: ca.SX, s: Scope) -> ca.SX:
 def line(pressure: ca.SX, s: Scope) -> ca.SX:
     """tau^2 y'' + 2 zeta tau y' + y = pA, and so for pB."""
     return second_order(pressure, s, "a")
+
+
+_SECTIONS = {  # of each filter with -3 dB at 1: natural frequency and damping ratio of its sections
+    "bessel 2": ((1.2720196495, 0.8660254038),),
+    "butterworth 2": ((1.0, 0.7071067812),),
+    "bessel 4": ((1.4301715600, 0.9579744619), (1.6033575162, 0.6207029650)),
+    "butterworth 4": ((1.0, 0.9238795325), (1.0, 0.3826834324)),
+}
+
+
+def _logger_filter(formula: str) -> Effect:
+    """A low pass common to all measured channels."""
+    sections = _SECTIONS[formula]
+
+    def behind(name: str) -> Law:
+        def filtered(signal: ca.SX, s: Scope) -> ca.SX:
+            """y = signal/prod_k[(tau s/r_k)^2 + 2 zeta_k tau s/r_k + 1], r_k and zeta_k those of the filter's name."""
+            for k, (ratio, zeta) in enumerate(sections):
+                signal = section(signal, s, f"{name}{k}", s.p("tau") / ratio, zeta)
+            return signal
+
+        return filtered
+
+    first, *others = SENSED
+    return effect(
+        "sensor.filter",
+        formula,
+        equation="sensor",
+        family="drive timing",
+        slot=f"sensor_{first}",
+        also={f"sensor_{name}": behind(name) for name in others},
+        source="Tietze, Schenk, Electronic Circuits, 2nd ed. 2008, ch. 13: active filters, table of sections",
+        shows="the command looped back into the logger, beside the command as it was sent",
+        numbers=(number("tau", 1e-3, "s", shown="ms", low=0.0, high=0.05, off=0.0, meaning="1/(2 pi f), f the -3 dB"),),
+        states=tuple(
+            state(f"{name}{k}{rate}", SIGNALS[name].si, LARGE.get(name, 1.0), of=f"sensor_{name}")
+            for name in SENSED
+            for k in range(len(sections))
+            for rate in ("", "_rate")
+        ),
+        alike="drive timing",
+    )(behind(first))
+
+
+bessel_2, butterworth_2, bessel_4, butterworth_4 = map(_logger_filter, _SECTIONS)
