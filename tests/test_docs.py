@@ -54,6 +54,23 @@ def test_the_pages_have_every_number_effect_controller_and_command(generate):
     assert "| `--heldout NAME` |" in page
 
 
+def test_the_page_of_the_architecture_is_true(generate):
+    from generate import architecture
+
+    from workbench.commands.list.catalogue import listing
+    from workbench.control.load_class import load_class
+
+    assert all("<svg" in picture for picture in architecture.pictures().values())  # each step is still in the code
+    ranks = {room: rank for rank, rooms in enumerate(architecture.ranks()) for room in rooms}
+    assert ranks.keys() == {path.parent.name for path in (ROOT / "workbench").glob("*/__init__.py")} | {"cli"}
+    assert all(ranks[above] < ranks[below] for above, below in architecture.imports() if above in ranks)
+    laws = {row["name"]: load_class(row["use"], "") for row in listing("controllers") if row["kind"] == "controller"}
+    in_python = {name for name, law in laws.items() if not hasattr(law, "graph_law")}
+    for page in ("architecture.md", "engine.md", "how/code.md"):
+        text = (ROOT / "docs" / page).read_text("utf-8")
+        assert in_python == {name for name in laws if f"`{name}`" in text}
+
+
 def test_the_files_have_every_key_that_their_readers_know(generate):
     from generate import files
 

@@ -1,8 +1,10 @@
 """The pictures of the architecture, drawn from the code: rooms and their imports, and the ways through them."""
 
 import ast
+import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import cache
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -11,19 +13,6 @@ from .readme import ROOT
 from .runs import Cell, Run, run_all
 
 _PACKAGE = ROOT / "workbench"
-_RANKS = (
-    ("cli", "notebook"),
-    ("commands",),
-    ("identify", "link"),
-    ("loop",),
-    ("control",),
-    ("linear",),
-    ("engine",),
-    ("plant",),
-    ("rigs",),
-    ("records", "report"),
-    ("base",),
-)  # as in pyproject.toml, from the top
 _WAYS = {
     "a sample of a loop": (
         ("workbench.loop.sampled_loop", "SampledLoop", "reads the sensors, late and with noise"),
@@ -78,6 +67,13 @@ def pictures() -> dict[str, str]:
     return {"rooms.svg": _rooms(), "ways.svg": _ways(_WAYS), "trace.svg": _ways(_TRACE)}
 
 
+@cache
+def ranks() -> list[list[str]]:
+    """The rooms of each rank of import-linter's layers, from the top."""
+    linter = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
+    return [rank.split(" | ") for contract in linter["contracts"] for rank in contract.get("layers", ())]
+
+
 def imports() -> Counter[tuple[str, str]]:
     """How many imports each room of the workbench has from each other one."""
     found: Counter[tuple[str, str]] = Counter()
@@ -99,14 +95,14 @@ def _room(node: ast.ImportFrom, parts: tuple[str, ...]) -> str:
         target = named[1:]
     else:
         return ""
-    rooms = {name for rank in _RANKS for name in rank}
+    rooms = {name for rank in ranks() for name in rank}
     return target[0] if target and target[0] in rooms else ""
 
 
 def _rooms() -> str:
     places = {
         name: (60 + 190 * place + 95 * (2 - len(rank)), 20 + 52 * row)
-        for row, rank in enumerate(_RANKS)
+        for row, rank in enumerate(ranks())
         for place, name in enumerate(rank)
     }
     lines = []
@@ -120,7 +116,7 @@ def _rooms() -> str:
                 f"times from {below}</title></path>"
             )
     boxes = [_box(x, y, 130, 30, name) for name, (x, y) in places.items()]
-    return _svg(560, 60 + 52 * len(_RANKS), [*lines, *boxes])
+    return _svg(560, 60 + 52 * len(ranks()), [*lines, *boxes])
 
 
 def _ways(ways: Mapping[str, Sequence[tuple[str, str, str]]]) -> str:
