@@ -246,6 +246,33 @@ def _mount(a, p, x, c):
     return a, {"y": x["vy"], "vy": back}
 
 
+def _relief_beyond(c, p):
+    drop = c["pa"] - c["pb"]
+    return max(drop - p["p0"], 0), max(-drop - p["p0"], 0)
+
+
+def _relief_linear(pair, p, x, c):
+    forward, backward = _relief_beyond(c, p)
+    flow = p["G"] * (forward - backward)
+    return (pair[0] + flow, pair[1] - flow), {}
+
+
+def _relief_orifice(pair, p, x, c):
+    forward, backward = _relief_beyond(c, p)
+    flow = p["k"] * (q(forward) - q(backward))
+    return (pair[0] + flow, pair[1] - flow), {}
+
+
+def _pull(p, x):
+    w0, into = 2 * np.pi * p["f"], x["y"] - sat(x["y"], p["gap"] / 2)
+    return w0**2 * into + 2 * p["zeta"] * w0 * x["vy"] * abs(into) / (abs(into) + p["gap"] / 100 + 1e-9)
+
+
+def _backlash(a, p, x, c):
+    rod = (a + p["mu"] * _pull(p, x)) / (1 - p["mu"])
+    return rod, {"y": x["vy"], "vy": -rod - _pull(p, x)}
+
+
 def some(low, high):
     return st.floats(low, high)
 
@@ -319,6 +346,10 @@ DOCSTRINGS = (
     ("jack.friction", "coulomb", "friction", FORCE, RUBBING, _coulomb(2e-3)),
     ("jack.friction", "stribeck", "friction", FORCE, RUBBING, _stribeck(2e-3)),
     ("jack.friction", "lugre", "friction", FORCE, RUBBING, _lugre),
+    ("jack.crossport_relief", "linear", "leakage", FLOWS, CHAMBERS, _relief_linear),
+    ("jack.crossport_relief", "orifice", "leakage", FLOWS, CHAMBERS, _relief_orifice),
+    ("load.backlash", "measured on the rod", "acceleration", some(-50, 50), {}, _backlash),
+    ("load.backlash", "measured on the load", "acceleration", some(-50, 50), {}, _backlash),
     ("load.bias", "weight", "body_force", FORCE, {}, _bias),
     ("load.bias", "preload", "load", FORCE, {}, _bias),
     ("load.spring", "linear", "load", FORCE, PLACE, _spring),
@@ -365,6 +396,18 @@ def test_a_logger_s_filter_is_that_of_the_tables(design, order, tau, ratio):
     for slot in ("sensor_pa", "sensor_acceleration"):
         got = response(find("sensor.filter", f"{name} {order}"), slot, tau, frequency)
         assert abs(got - freqs(b, a, [ratio])[1][0]) < 3 * order * ratio * T0 / tau + 1e-9
+
+
+@FEW
+@given(a=some(-50, 50), mu=some(0.01, 0.95), y=some(-1e-3, 1e-3), vy=some(-1, 1))
+def test_a_load_behind_a_play_is_measured_where_it_is_and_takes_no_momentum_from_nowhere(a, mu, y, vy):
+    """Both masses together answer the force as one: (1 - mu) a1 + mu a2 = F/M."""
+    play, p, x = find("load.backlash", "measured on the load"), {"mu": mu}, {"y": y, "vy": vy}
+    (on_rod,), rates = evaluated(play, "acceleration", a, p, x)
+    for slot, moved in (("position", y), ("velocity", vy), ("acceleration", rates["vy"])):
+        (seen,), _ = evaluated(play, f"sensor_{slot}", on_rod, p, x)
+        assert seen == pytest.approx(on_rod + moved, rel=1e-9, abs=1e-9)
+    assert (1 - mu) * on_rod + mu * seen == pytest.approx(a, rel=1e-9, abs=1e-6)
 
 
 @FEW

@@ -17,6 +17,8 @@ EFFECT = {
     "jack.friction": "the jack rubs",
     "load.bias": "a constant force pushes the jack",
     "load.spring": "a spring holds the load",
+    "jack.crossport_relief": "relief valves open from chamber to chamber",
+    "load.backlash": "there is play between rod and load",
     "load.compliance": "the mount or the rod gives",
     "sensor.lag": "the pressure sensors are late",
     "sensor.filter": "a low pass of the logger delays all that is measured",

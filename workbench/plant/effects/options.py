@@ -59,6 +59,8 @@ def start_from(refined: Effect, numbers: Mapping[str, float]) -> dict[str, float
 
 
 def _apart(effect: Effect) -> Iterator[Effect]:
+    if len({PASSAGES[slot].parts for slot in effect.laws}) != 1:
+        return
     with suppress(InputError):
         if _acts(refined := refine(effect, "apart")):
             yield refined

@@ -34,6 +34,14 @@ def _giving_way(_: None, s: Scope) -> None:
     s.rate("drop", ((s["supply"] + s.x("drop")) * ratio / (1 + ratio) - s.x("drop")) / s.p("tau"))
 
 
+def _rounded_relief(leaks: _Pair, s: Scope) -> _Pair:
+    """Q = G [f(pA - pB) - f(pB - pA)], f(p) = pw log(1 + exp((p - p0)/pw)): a valve that opens gradually."""
+    drop, width = s["pa"] - s["pb"], s.p("pw")
+    ahead, back = ((sign * drop - s.p("p0")) / width for sign in (1, -1))
+    flow = s.p("G") * width * (ca.log1p(ca.exp(ca.fmin(ahead, 50))) - ca.log1p(ca.exp(ca.fmin(back, 50))))
+    return leaks[0] + flow, leaks[1] - flow
+
+
 def _exponential(modulus: ca.SX, s: Scope) -> ca.SX:
     """K = beta [1 - a exp(-p/p1)]."""
     return modulus * (1 - s.p("a") * ca.exp(-ca.fmax(s["pressure"], 0) / s.p("p1")))
@@ -98,6 +106,17 @@ EFFECTS = (
             shape("tau", "s", 5e-3, "of the line"),
         ),
         (_DROP,),
+    ),
+    off_library(
+        "jack.crossport_relief",
+        "gradual",
+        "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 9: relief valve, its override",
+        {"leakage": _rounded_relief},
+        (
+            size("G", "m^3/s/Pa", 1e-10, 1e-8, "flow per pressure"),
+            shape("p0", "Pa", 5e6, "pressure that half opens it"),
+            shape("pw", "Pa", 5e5, "pressure over which it opens"),
+        ),
     ),
     off_library(
         "oil.air",

@@ -53,6 +53,15 @@ def _rubber(acceleration: ca.SX, s: Scope) -> ca.SX:
     return _hung(acceleration, s, s.p("k2") * w0 * w0 * gap)
 
 
+def _round_contact(acceleration: ca.SX, s: Scope) -> ca.SX:
+    """A hanging load behind a play: w0^2 d (|d|/(gap/2))^0.5, d = y - sat(y, gap/2), and 0.2 w0 y' in the contact."""
+    half, w0 = s.p("gap") / 2, 2 * ca.pi * s.p("f")
+    into = s.x("y") - ca.fmax(ca.fmin(s.x("y"), half), -half)
+    depth = ca.sqrt((ca.fabs(into) + 1e-9) / half)
+    contact = w0 * w0 * into * depth + 0.2 * w0 * s.x("vy") * ca.fmin(depth, 1)
+    return _hung(acceleration, s, contact - w0 * w0 * s.x("y"))
+
+
 def _hung(acceleration: ca.SX, s: Scope, damping: ca.SX) -> ca.SX:
     w0, share = 2 * ca.pi * s.p("f"), s.p("mu")
     pull = w0 * w0 * s.x("y") + damping
@@ -120,5 +129,13 @@ EFFECTS = (
         {"acceleration": _rubber},
         (_MU, _F, shape("k2", "1", 0.3, "second stiffness over the first"), shape("tau", "s", 3e-3, "relaxation")),
         (*_Y, EffectState("q", "m", 1e-3)),
+    ),
+    off_library(
+        "load.backlash",
+        "round contact",
+        "Hertz, J. reine angew. Math. 92, 1881: force with the power 3/2 of the approach",
+        {"acceleration": _round_contact},
+        (_MU, _F, shape("gap", "m", 2e-4, "the whole play")),
+        _Y,
     ),
 )

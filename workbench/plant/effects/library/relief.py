@@ -1,0 +1,65 @@
+"""jack.crossport_relief: relief valves from chamber to chamber open beyond a pressure difference. Flows [m^3/s]."""
+
+from functools import partial
+
+import casadi as ca
+
+from ...orifice import root
+from ..decorator import effect, number
+from ..effect import Scope
+
+_Pair = tuple[ca.SX, ca.SX]
+
+_P0 = number(
+    "p0",
+    8e6,
+    "Pa",
+    shown="bar",
+    low=2e5,
+    high=1e8,
+    meaning="pressure difference that opens it",
+    tried=(1e6, 3e6, 1.6e7),
+)
+_relief = partial(
+    effect,
+    "jack.crossport_relief",
+    equation="flow",
+    slot="leakage",
+    shows="hard starts and stops, and pushing against a stop, with both pressures recorded",
+)
+
+
+def _beyond(s: Scope) -> tuple[ca.SX, ca.SX]:
+    """By how much [Pa] the pressure of A is too high over that of B, and that of B over that of A."""
+    drop = s["pa"] - s["pb"]
+    return ca.fmax(drop - s.p("p0"), 0), ca.fmax(-drop - s.p("p0"), 0)
+
+
+@_relief(
+    "linear",
+    source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 9: relief valve beyond its cracking pressure",
+    numbers=(
+        number("G", 1e-9, "m^3/s/Pa", shown="l/min/bar", low=0.0, high=1e-6, off=0.0, meaning="flow per pressure"),
+        _P0,
+    ),
+)
+def linear(leaks: _Pair, s: Scope) -> _Pair:
+    """QA + Q, QB - Q, Q = G [max(pA - pB - p0, 0) - max(pB - pA - p0, 0)]."""
+    forward, backward = _beyond(s)
+    flow = s.p("G") * (forward - backward)
+    return leaks[0] + flow, leaks[1] - flow
+
+
+@_relief(
+    "orifice",
+    source="Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3: turbulent orifice, open beyond a pressure",
+    numbers=(
+        number("k", 2e-7, "m^3/s/Pa^0.5", shown="l/min/bar^0.5", low=0.0, high=1e-4, off=0.0, meaning="flow per root"),
+        _P0,
+    ),
+)
+def orifice(leaks: _Pair, s: Scope) -> _Pair:
+    """QA + Q, QB - Q, Q = k [q(max(pA - pB - p0, 0)) - q(max(pB - pA - p0, 0))], q the plant's signed root."""
+    forward, backward = _beyond(s)
+    flow = s.p("k") * (root(forward) - root(backward))
+    return leaks[0] + flow, leaks[1] - flow
