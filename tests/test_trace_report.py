@@ -172,6 +172,17 @@ def test_a_number_that_left_its_range_is_a_warning():
     assert "pinned" in unknown().page.verdict
 
 
+def test_a_late_command_may_be_a_filter_of_the_logger_unless_that_is_declared():
+    late = replace(found().effects[0], candidate=replace(found().effects[0].candidate, effect=find("drive.delay", "")))
+    said = words.verdict(altered(effects=(late,)), None, None)
+    assert "a low pass of the logger delays all that is measured (sensor.filter)" in said
+    assert "Loop the command back into the logger" in said
+    assert "sensor.filter" not in named().page.verdict
+    declared = replace(found().problem.rig, effects=(EffectUse("sensor.filter", "bessel 4", {}),))
+    known = altered(effects=(late,), problem=replace(found().problem, rig=declared))
+    assert "sensor.filter" not in words.verdict(known, None, None)
+
+
 def test_an_effect_s_number_at_its_end_is_a_warning():
     """Not at its off: there it is none."""
     one, fit = found().effects[0], found().named.fit

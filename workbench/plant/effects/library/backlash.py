@@ -23,7 +23,15 @@ _play = partial(
     shows="slow reversals under little load, and fast multisines, with position and acceleration recorded",
     numbers=(
         number(
-            "mu", 0.8, "1", shown="%", low=0.0, high=0.95, off=0.0, meaning="share of the moving mass behind the play"
+            "mu",
+            0.8,
+            "1",
+            shown="%",
+            low=0.0,
+            high=0.95,
+            off=0.0,
+            meaning="share of the moving mass behind the play",
+            tried=(0.5, 0.9),
         ),
         number("gap", 2e-4, "m", shown="mm", low=0.0, high=5e-3, meaning="the whole play", tried=(5e-5, 1e-3)),
         number("f", 200.0, "Hz", low=20.0, high=2000.0, meaning="frequency of that share on the closed contact"),
