@@ -24,6 +24,7 @@ from workbench.plant.effects.declared import effects_for
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
 from workbench.report.chart import chart
 from workbench.report.still import still_picture
+from workbench.rigs.rig import EffectUse
 
 
 def sections(page: Page) -> dict[str, Section]:
