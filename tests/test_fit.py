@@ -166,7 +166,7 @@ def test_bad_words_are_refused_in_one_line(tmp_path, capsys, words, said):
     folder, out = written(rubbing_campaign(), tmp_path / "camp"), tmp_path / "out"
     numbers = {name: replace(number, low=None, high=None) for name, number in RIG.numbers.items()}
     save_rig(replace(RIG, numbers=numbers), tmp_path / "bare.toml")
-    save_rig(RIG.with_values(z3max=2e-2), tmp_path / "other.toml")
+    save_rig(RIG.with_values(z3max=25.4e-3), tmp_path / "other.toml")
     words = [str(tmp_path / word) if word in ("bare.toml", "other.toml") else word for word in words]
     assert_refused([words[0], str(folder), *words[1:], "--out", str(out)], said, out, capsys)
 

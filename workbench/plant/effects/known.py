@@ -23,7 +23,21 @@ from .grammar import LEARNED, refined_by
 from .learned_pieces import find_learned
 from .slots import without
 
-_ALONG = ("drive", "pilot", "friction", "rate", "lands", "supply", "air", "leakage", "load", "compliance", "sensor")
+_ALONG = (
+    "drive",
+    "pilot",
+    "friction",
+    "rate",
+    "lands",
+    "supply",
+    "air",
+    "leakage",
+    "relief",
+    "load",
+    "compliance",
+    "backlash",
+    "sensor",
+)
 _PUMPS = {kind.name for kind in VALVES.values() if not kind.has_lands}
 
 
