@@ -425,7 +425,7 @@ def response(effect, slot, tau, frequency, **p):
     numbers = {"tau": tau, **p}
 
     def column(value, **x):
-        out, rates = evaluated(effect, slot, value, numbers, x)
+        out, rates = evaluated(effect, slot, value, numbers, x, rest=0.0)
         return np.array([*(rates[name] for name in names), *out])
 
     b = column(1.0)

@@ -12,6 +12,8 @@ from ..base.errors import InputError, nearest
 from .effects.effect import Effect, Scope
 from .effects.slots import SENSED, SLOTS
 
+_AT_REST = {"position": "xmid", "supply": "Ps"}  # numbers from which signals deviate by states alone
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -243,7 +245,12 @@ class Assembly:
         """Pass every output that has a sensor through the slot of it, but for those that passed already."""
         for name in SENSED:
             if name in self._outputs and f"sensor_{name}" not in self._passed:
-                self._outputs[name] = self.slot(f"sensor_{name}", self._outputs[name])
+                self._outputs[name] = self.sensor(name, self._outputs[name])
+
+    def sensor(self, name: str, value: ca.SX) -> ca.SX:
+        """A signal through the slot of its sensor, which offers the part of it that is a number of the rig."""
+        rest = self[_AT_REST[name]] if name in _AT_REST else ca.SX(0)
+        return self.slot(f"sensor_{name}", value, rest=rest)
 
     @property
     def outputs(self) -> Mapping[str, ca.SX]:

@@ -162,7 +162,7 @@ def _draw(b: Assembly, rig: Rig, valve: ValveFlows, supply: ca.SX) -> None:
 
 
 def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:
-    pa, pb = b.slot("sensor_pa", cylinder.pa), b.slot("sensor_pb", cylinder.pb)
+    pa, pb = b.sensor("pa", cylinder.pa), b.sensor("pb", cylinder.pb)
     b.output(
         **valve.signals,
         pa=pa,

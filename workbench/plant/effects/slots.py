@@ -51,7 +51,7 @@ _PLANT = {
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
-    **{f"sensor_{name}": Slot(f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]") for name in SENSED},
+    **{f"sensor_{name}": Slot(f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]", ("rest",)) for name in SENSED},
 }
 """Slots of every plant, whatever its valve; that of a signal which a plant has not is not there."""
 

@@ -61,6 +61,7 @@ def line(pressure: ca.SX, s: Scope) -> ca.SX:
     return second_order(pressure, s, "a")
 
 
+_FOLLOWS = {"pa": "P1", "pb": "P2", "spool": "z3", "position": "x", "velocity": "v"}  # what a signal is of the plant
 _SECTIONS = {  # of each filter with -3 dB at 1: natural frequency and damping ratio of its sections
     "bessel 2": ((1.2720196495, 0.8660254038),),
     "butterworth 2": ((1.0, 0.7071067812),),
@@ -76,9 +77,10 @@ def _logger_filter(formula: str) -> Effect:
     def behind(name: str) -> Law:
         def filtered(signal: ca.SX, s: Scope) -> ca.SX:
             """y = signal/prod_k[(tau s/r_k)^2 + 2 zeta_k tau s/r_k + 1], r_k and zeta_k those of the filter's name."""
+            moves = signal - s["rest"]
             for k, (ratio, zeta) in enumerate(sections):
-                signal = section(signal, s, f"{name}{k}", s.p("tau") / ratio, zeta)
-            return signal
+                moves = section(moves, s, f"{name}{k}", s.p("tau") / ratio, zeta)
+            return s["rest"] + moves
 
         return filtered
 
@@ -94,7 +96,13 @@ def _logger_filter(formula: str) -> Effect:
         shows="the command looped back into the logger, beside the command as it was sent",
         numbers=(number("tau", 1e-3, "s", shown="ms", low=0.0, high=0.05, off=0.0, meaning="1/(2 pi f), f the -3 dB"),),
         states=tuple(
-            state(f"{name}{k}{rate}", SIGNALS[name].si, LARGE.get(name, 1.0), of=f"sensor_{name}")
+            state(
+                f"{name}{k}{rate}",
+                SIGNALS[name].si,
+                LARGE.get(name, 1.0),
+                follows="" if rate else _FOLLOWS.get(name, ""),
+                of=f"sensor_{name}",
+            )
             for name in SENSED
             for k in range(len(sections))
             for rate in ("", "_rate")
