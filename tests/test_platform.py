@@ -54,6 +54,12 @@ def test_lengths_that_no_pose_has_are_refused():
         forward(HEXAPOD.geometry, np.full(6, 0.5))
 
 
+def test_a_search_from_a_singular_pose_is_refused():
+    turned = np.array([0, 0, 0, 0, 0, np.pi / 2])
+    with pytest.raises(InputError, match="no pose"):
+        forward(HEXAPOD.geometry, leg_lengths(HEXAPOD.geometry, np.zeros(6)), turned)
+
+
 def test_the_condition_grows_towards_a_singular_pose():
     turned = np.zeros((3, 6))
     turned[:, 5] = np.radians([0, 40, 88])  # about 90 degrees of yaw are singular where joints lie on two circles
