@@ -7,7 +7,7 @@ EFFECT = {
     "drive.corrector": "the spool loop has a corrector that the rig file lacks",
     "pilot.hysteresis": "the torque motor has hysteresis",
     "main.stiction": "the main spool sticks",
-    "main.rate": "the spool moves no faster",
+    "main.rate": "the spool's speed is limited",
     "main.deadband": "the main spool has a dead band",
     "main.asymmetry": "the valve's gain differs between the directions",
     "supply.sag": "the supply pressure sags under flow",
