@@ -10,9 +10,7 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from .effects.effect import Effect, Scope
-from .effects.slots import SENSED, SLOTS
-
-_AT_REST = {"position": "xmid", "supply": "Ps"}  # numbers from which signals deviate by states alone
+from .effects.slots import ORIGINS, SENSED, SLOTS
 
 
 @dataclass(frozen=True)
@@ -249,7 +247,7 @@ class Assembly:
 
     def sensor(self, name: str, value: ca.SX) -> ca.SX:
         """A signal through the slot of its sensor, which offers the part of it that is a number of the rig."""
-        rest = self[_AT_REST[name]] if name in _AT_REST else ca.SX(0)
+        rest = self[ORIGINS[name]] if name in ORIGINS else ca.SX(0)
         return self.slot(f"sensor_{name}", value, rest=rest)
 
     @property

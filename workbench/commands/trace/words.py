@@ -116,7 +116,7 @@ def _strange(effect: Effect, trace: Trace) -> str:
 
 
 def _of_the_logger(trace: Trace) -> str:
-    """The effects that no record of a plant tells from those named, and what would: said wherever one is named."""
+    """The effects that are not sought, for those named explain nearly all that they do, and what tells them apart."""
     kin = {fit.candidate.effect.kin for fit in trace.effects}
     declared = {use.name for use in trace.problem.rig.effects}
     alike = dict.fromkeys(e.name for e in known_effects() if e.alike in kin and e.name not in declared)
@@ -124,8 +124,8 @@ def _of_the_logger(trace: Trace) -> str:
         return ""
     said = listed([f"{ALL_EFFECTS[name]} ({name})" for name in alike], "or")
     return (
-        f" It may as well be that {said}: no record of the plant tells that from a late command. Loop the command back "
-        "into the logger, or read the logger's setting and declare it."
+        f" It may as well be that {said}, which looks much like a late command and is not sought. Loop the command "
+        "back into the logger, or declare the logger's setting and trace again."
     )
 
 

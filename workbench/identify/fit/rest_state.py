@@ -3,10 +3,11 @@
 import numpy as np
 
 from ...engine import Engine
+from ...plant.effects.slots import READS
 from ...records import Record
 from .windows import FIRST_ROWS
 
-_READ = {"pa": "P1", "pb": "P2", "position": "x"}  # signals that read a state, but for a zero point
+_SHOWN = ("pa", "pb", "position")  # what every record of a free run has
 
 
 def rest_state(engine: Engine, record: Record, p: np.ndarray) -> np.ndarray:
@@ -20,8 +21,8 @@ def rest_state(engine: Engine, record: Record, p: np.ndarray) -> np.ndarray:
         if state.number:
             x[column] = p[plant.parameters.index(state.number)]
     read = engine.observe(x, np.zeros(len(plant.inputs)), p)
-    for signal, state in _READ.items():
+    for signal in _SHOWN:
         rows = record.valid[signal][:FIRST_ROWS]
         mean = np.mean(record.signals[signal][:FIRST_ROWS][rows])
-        x[plant.state(state)] += mean - read[plant.output(signal)]
+        x[plant.state(READS[signal])] += mean - read[plant.output(signal)]
     return plant.following(x)

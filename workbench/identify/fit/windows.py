@@ -17,6 +17,7 @@ from ...base.errors import InputError
 from ...base.signals import FURTHER_INPUTS, MEASURED
 from ...engine.delay_line import HeldCommands, held_commands, stacked
 from ...plant import Plant
+from ...plant.effects.slots import ORIGINS, READS
 from ...records import Record
 from ..data.noise_floor import NoiseFloor
 
@@ -221,12 +222,11 @@ def first_guess(plant: Plant, record: Record, first: int, end: int, before: np.n
     """The state [n] at row `first` of rows up to `end`: that `before` them, corrected by what is measured directly."""
     x = before.copy()
     early = slice(first, min(end, first + int(_EARLY) + 1))
-    middle = plant.p[plant.parameters.index("xmid")]
-    direct = {"pa": ("P1", 0.0), "pb": ("P2", 0.0), "spool": ("z3", 0.0), "position": ("x", middle)}
     known = {variable.name for variable in plant.states}
-    for signal, (state, offset) in direct.items():
-        if signal in record.signals and state in known:
-            x[plant.state(state)] = np.mean(record.signals[signal][early]) - offset
+    for signal in ("pa", "pb", "spool", "position"):
+        if signal in record.signals and READS[signal] in known:
+            origin = plant.p[plant.parameters.index(ORIGINS[signal])] if signal in ORIGINS else 0.0
+            x[plant.state(READS[signal])] = np.mean(record.signals[signal][early]) - origin
     if "load_pressure" in record.signals and not {"pa", "pb"} & set(record.signals):
         a, b = plant.state("P1"), plant.state("P2")
         half = (np.mean(record.signals["load_pressure"][early]) - x[a] + x[b]) / 2

@@ -13,7 +13,7 @@ from .known import acts, known_effects
 
 def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects of the library, of the rig and of files that act on it, less those it declares, those in `without`,
-    and those that no record of a plant tells from others.
+    and those that a family of others explains nearly as well.
 
     Raises InputError for a name in `without` that there is not.
     """

@@ -68,7 +68,7 @@ def effect(
     alike: str = "",
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
-    those of valve on whose rigs alone it is sought, `alike` a family that records cannot tell it from.
+    those of valve on whose rigs alone it is sought, `alike` a family that explains nearly all that it does.
 
     Raises InputError for a name, equation, slot or number that cannot be.
     """

@@ -20,6 +20,10 @@ class Slot:
 
 SENSED = tuple(name for name in MEASURED if name != "load_pressure")
 """Signals with a sensor of their own."""
+READS = {"pa": "P1", "pb": "P2", "spool": "z3", "position": "x", "velocity": "v"}
+"""The state of the plant that a signal is, but for a number of the rig where ORIGINS has one."""
+ORIGINS = {"position": "xmid", "supply": "Ps"}
+"""The number of the rig from which a signal deviates."""
 
 _VALVE = {
     "command": Slot("spool-position command [1] after the drive's input"),

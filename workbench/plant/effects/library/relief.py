@@ -1,5 +1,6 @@
 """jack.crossport_relief: relief valves from chamber to chamber open beyond a pressure difference. Flows [m^3/s]."""
 
+from collections.abc import Callable
 from functools import partial
 
 import casadi as ca
@@ -29,10 +30,11 @@ _relief = partial(
 )
 
 
-def _beyond(s: Scope) -> tuple[ca.SX, ca.SX]:
-    """By how much [Pa] the pressure of A is too high over that of B, and that of B over that of A."""
+def _relieved(leaks: _Pair, s: Scope, law: Callable[[ca.SX], ca.SX]) -> _Pair:
+    """The leaks with law(pressure beyond the opening one) [m^3/s] from the chamber of more pressure to the other."""
     drop = s["pa"] - s["pb"]
-    return ca.fmax(drop - s.p("p0"), 0), ca.fmax(-drop - s.p("p0"), 0)
+    flow = law(ca.fmax(drop - s.p("p0"), 0)) - law(ca.fmax(-drop - s.p("p0"), 0))
+    return leaks[0] + flow, leaks[1] - flow
 
 
 @_relief(
@@ -45,9 +47,7 @@ def _beyond(s: Scope) -> tuple[ca.SX, ca.SX]:
 )
 def linear(leaks: _Pair, s: Scope) -> _Pair:
     """QA + Q, QB - Q, Q = G [max(pA - pB - p0, 0) - max(pB - pA - p0, 0)]."""
-    forward, backward = _beyond(s)
-    flow = s.p("G") * (forward - backward)
-    return leaks[0] + flow, leaks[1] - flow
+    return _relieved(leaks, s, lambda beyond: s.p("G") * beyond)
 
 
 @_relief(
@@ -60,6 +60,4 @@ def linear(leaks: _Pair, s: Scope) -> _Pair:
 )
 def orifice(leaks: _Pair, s: Scope) -> _Pair:
     """QA + Q, QB - Q, Q = k [q(max(pA - pB - p0, 0)) - q(max(pB - pA - p0, 0))], q the plant's signed root."""
-    forward, backward = _beyond(s)
-    flow = s.p("k") * (root(forward) - root(backward))
-    return leaks[0] + flow, leaks[1] - flow
+    return _relieved(leaks, s, lambda beyond: s.p("k") * root(beyond))

@@ -9,7 +9,7 @@ from ..decorator import Law, effect, number, state
 from ..effect import Effect, Scope
 from ..lag import first_order, second_order, section
 from ..natural import LARGE
-from ..slots import SENSED
+from ..slots import READS, SENSED
 
 _DOEBELIN = "Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 6: transducer and tubing"
 _A, _B = state("a", "Pa", 1e7, follows="P1"), state("b", "Pa", 1e7, follows="P2")
@@ -61,7 +61,6 @@ def line(pressure: ca.SX, s: Scope) -> ca.SX:
     return second_order(pressure, s, "a")
 
 
-_FOLLOWS = {"pa": "P1", "pb": "P2", "spool": "z3", "position": "x", "velocity": "v"}  # what a signal is of the plant
 _SECTIONS = {  # of each filter with -3 dB at 1: natural frequency and damping ratio of its sections
     "bessel 2": ((1.2720196495, 0.8660254038),),
     "butterworth 2": ((1.0, 0.7071067812),),
@@ -100,7 +99,7 @@ def _logger_filter(formula: str) -> Effect:
                 f"{name}{k}{rate}",
                 SIGNALS[name].si,
                 LARGE.get(name, 1.0),
-                follows="" if rate else _FOLLOWS.get(name, ""),
+                follows="" if rate else READS.get(name, ""),
                 of=f"sensor_{name}",
             )
             for name in SENSED
