@@ -192,7 +192,7 @@ def test_names_and_formulas_are_unique():
         ("jack.friction", "strybeck", {}, 'jack.friction: no formula "strybeck"; did you mean "stribeck"?'),
         ("jack.friction", "coulomb", {"Fd": (1.0, "N")}, 'jack.friction: no number "Fd"; did you mean "Fc"?'),
         ("jack.friction", "coulomb", {"Fs": (1.0, "N")}, 'jack.friction: no number "Fs"'),
-        ("jack.friction", "coulomb", {"Fc": (1.0, "bar")}, 'unit "bar" cannot be converted to "N"'),
+        ("jack.friction", "coulomb", {"Fc": (1.0, "bar")}, 'jack.friction: Fc: unit "bar" cannot be converted to "N"'),
         ("jack.friction", "coulomb", {"Fc": (-1.0, "N")}, "jack.friction: Fc = -1 N is outside 0 to 20000 N"),
         ("jack.friction", "coulomb", {"Fc": (float("nan"), "N")}, "jack.friction: Fc = nan N is outside"),
     ],

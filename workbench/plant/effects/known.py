@@ -208,7 +208,10 @@ def _in_si(use: EffectUse, spec: EffectNumber, given: Number) -> Number:
     """A declared number and its bounds in the SI unit of the effect, within whose range they must be."""
 
     def si(value: float) -> float:
-        value = float(to_si(from_si(value, given.unit, given.si), given.unit, spec.si))
+        try:
+            value = float(to_si(from_si(value, given.unit, given.si), given.unit, spec.si))
+        except InputError as error:
+            raise InputError(f"{use.name}: {spec.name}: {error}") from None
         if not spec.low <= value <= spec.high:
             raise InputError(
                 f"{use.name}: {spec.name} = {value:g} {spec.si} is outside {spec.low:g} to {spec.high:g} {spec.si}"
