@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -90,10 +91,22 @@ def test_a_bench_plays_with_the_delay_of_the_controller_or_the_rig_s(tmp_path):
     assert metrics["fallbacks"] == []
 
 
+def test_a_run_on_a_recorded_course_is_known_by_its_file(tmp_path):
+    """What has been computed is not taken up again where the course is another one by now."""
+    course = Path(__file__).parents[1] / "docs" / "files" / "course.csv"
+    own = f'scenarios = ["course"]\n[scenario.course]\nfile = "{course}"\nslow = true\nseconds = "1 s"\n'
+    head, _, rest = STEP.partition('scenarios = ["position-10mm"]\n')
+    (tmp_path / "step.toml").write_text(
+        head + own + rest.replace(rest[rest.index("[controllers.lqg") : rest.index("[bode")], "")
+    )
+    assert main(["time", str(tmp_path / "step.toml"), "--out", str(tmp_path / "out")]) == 0
+    assert sha256(course.read_bytes()).hexdigest() in (tmp_path / "out" / "config.toml").read_text()
+
+
 def test_an_experiment_without_controllers_is_refused(capsys):
     paper = Path(__file__).parents[1] / "experiments" / "paper.toml"
     assert main(["time", str(paper)]) == 2
-    assert '"paper" is not "step"; jackbench run takes it' in capsys.readouterr().err
+    assert '"paper" is not "step" or "bench"; jackbench run takes it' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["tune", "bench"])

@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 
 from ...base.errors import InputError
-from ..common.designs import of_controllers, print_each, read
+from ..common.designs import of_controllers, print_each
 from ..common.new_folder import check_new
+from ..common.step_experiment import load_steps
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +20,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _coefficients(options: argparse.Namespace, _words: list[str]) -> None:
-    config = read(options)
+    config = load_steps(options.experiment, options.rig, options.controller)
     if options.out is not None:
         check_new(options.out)
     from ...control.export import as_json, as_text

@@ -11,7 +11,7 @@ command of it.
 """
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cached_property, partial
 from importlib import import_module
@@ -24,10 +24,11 @@ from ...base.units import Spec, quantity as quantity_of
 from ...rigs.rig import Rig
 from .. import COMMANDS
 from .experiment_file import controller_tables, data_files, read_experiment
-from .options import computes, finish, jobs, works
+from .options import Study, computes, finish, jobs, works
 from .shipped import experiment
 
 T = TypeVar("T")
+E = TypeVar("E", bound="Experiment")
 MANY = 10**18 - 1  # a bound that is none
 OF_RUN = ("step", "paper", "corrector", "platform", "automatic")  # the kinds that `jackbench run` takes
 
@@ -182,15 +183,12 @@ class Experiment:
     @classmethod
     def load(cls, path: str | Path, rig: str | None = None, **asked: Any) -> Self:
         """Read the file; `rig` and what is `asked` replace what it says. Raises InputError with file, line, key."""
-        path = Path(path)
-        return cls.of(read_experiment(path), path, rig, **asked)
+        return load_one((cls,), path, rig, **asked)
 
     @classmethod
     def of(cls, top: ConfigTable, path: Path, rig: str | Rig | None = None, **asked: Any) -> Self:
         """Read the document of a file as `load` does; `rig` may be one, too."""
-        kind = top.text("experiment")
-        if kind != cls.KIND:
-            raise top.complaint("experiment", f'{echo(kind)} is not "{cls.KIND}"; {taker(kind)}')
+        kind_of(top, (cls,))
         if "computing_delay" in top:
             raise top.complaint("computing_delay", "the rig or a controller says it, here only ideal = true; remove it")
         top.allow(*meanings(cls))
@@ -206,6 +204,26 @@ class Experiment:
         """What options replace, beside the rig: a run with others is another one."""
         own = {name: getattr(self, name) for name, key in keys_of(type(self)).items() if key.asked}
         return {name: value for name, value in own.items() if value is not None}
+
+
+def load_one(kinds: Sequence[type[E]], path: str | Path, rig: str | None = None, **asked: Any) -> E:
+    """Read a file of one of several kinds; `rig` and what is `asked` replace what it says.
+
+    Raises InputError with file, line and key.
+    """
+    path = Path(path)
+    top = read_experiment(path)
+    return kind_of(top, kinds).of(top, path, rig, **asked)
+
+
+def kind_of(top: ConfigTable, kinds: Sequence[type[E]]) -> type[E]:
+    """Which of some kinds a document is of. Raises InputError with the command that takes it."""
+    kind = top.text("experiment")
+    if kind not in (known := {each.KIND: each for each in kinds}):
+        *others, last = (f'"{each}"' for each in known)
+        listed = f"{', '.join(others)} or {last}" if others else last
+        raise top.complaint("experiment", f"{echo(kind)} is not {listed}; {taker(kind)}")
+    return known[kind]
 
 
 Load = Callable[..., Any]  # of a path, a rig, and what options ask
@@ -243,16 +261,19 @@ def _computed(
             raise InputError(f"--{name} {value}: must be 1 or more")
     config = load(options.experiment, options.rig, **asked)
     module, _, function = study.partition(":")
-    command = module.partition(".")[0]
-    identity = {"command": command, "experiment": config.source, **config.asked, "rig": config.rig.table()}
+    compute = getattr(import_module(f"..{module}", __package__), function)
+    work = partial(compute, config, **({"jobs": jobs(options)} if shared else {}))
+    finish_experiment(options, words, module.partition(".")[0], config, work)
+
+
+def finish_experiment(
+    options: argparse.Namespace, words: list[str], command: str, config: Any, work: Study, prefix: str = "", **more: Any
+) -> None:
+    """Compute an experiment into its folder, named after a `prefix`; `more` says, too, that a run is the same one."""
+    identity = {"command": command, "experiment": config.source, **config.asked, "rig": config.rig.table(), **more}
     if files := data_files(config.source):
         identity["files"] = files
-    work = partial(
-        getattr(import_module(f"..{module}", __package__), function),
-        config,
-        **({"jobs": jobs(options)} if shared else {}),
-    )
-    finish(options, words, Path(options.experiment).stem, identity, work)
+    finish(options, words, f"{prefix}{Path(options.experiment).stem}", identity, work)
 
 
 def taker(kind: str) -> str:

@@ -1,5 +1,8 @@
 """Step experiments: controllers of one signal in scenarios on a rig."""
 
+from dataclasses import replace
+from pathlib import Path
+
 from ...base.errors import InputError
 from ...base.signals import Signal
 from ...base.units import to_si
@@ -74,4 +77,10 @@ class StepConfig(Experiment):
     conditions: Conditions = part(read_conditions, CONDITIONS)
 
 
-load_steps = StepConfig.load
+def load_steps(path: str | Path, rig: str | None = None, only: str | None = None) -> StepConfig:
+    """Read a step experiment, of its controllers the one that --controller names, where it does. Raises InputError."""
+    config = StepConfig.load(path, rig)
+    names = [spec.name for spec in config.controllers]
+    if only not in (None, *names):
+        raise InputError(f"--controller {only}: no controller {only}; it has {', '.join(names)}")
+    return replace(config, controllers=tuple(spec for spec in config.controllers if only in (None, spec.name)))

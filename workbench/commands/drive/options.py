@@ -1,14 +1,12 @@
 """`jackbench drive EXPERIMENT --at udp://HOST:PORT`: its arguments."""
 
 import argparse
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
-from ...base.errors import InputError, nearest
-from ..common.options import computes, finish, on_link
+from ..common.declared import finish_experiment
+from ..common.options import computes, on_link
 from ..common.shipped import experiment
-from ..common.step_experiment import StepConfig, load_steps
+from ..common.step_experiment import load_steps
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -23,20 +21,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _drive(options: argparse.Namespace, words: list[str]) -> None:
-    config = _chosen(load_steps(options.experiment, options.rig), options.controller)
+    config = load_steps(options.experiment, options.rig, options.controller)
     from .study import run_drive
 
-    names = [spec.name for spec in config.controllers]
-    identity = {"command": "drive", "experiment": config.source, "rig": config.rig.table(), "at": options.at}
+    more = {"at": options.at, "controllers": [spec.name for spec in config.controllers]}
     study = partial(run_drive, config, options.at, options.token, options.opcua)
-    finish(options, words, f"drive-{Path(options.experiment).stem}", identity | {"controllers": names}, study)
-
-
-def _chosen(config: StepConfig, name: str | None) -> StepConfig:
-    if name is None:
-        return config
-    chosen = tuple(spec for spec in config.controllers if spec.name == name)
-    if not chosen:
-        hint = nearest(name, [spec.name for spec in config.controllers])
-        raise InputError(f"--controller {name}: not in this experiment; {hint}")
-    return replace(config, controllers=chosen)
+    finish_experiment(options, words, "drive", config, study, "drive-", **more)

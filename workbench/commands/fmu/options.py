@@ -51,8 +51,6 @@ def _loop(options: argparse.Namespace) -> tuple[Rig, "ControllerSpec"]:
     file, _, name = options.controller.rpartition(":")
     if not file:
         raise InputError(f"--controller {options.controller}: name an experiment and its controller, FILE:NAME")
-    config = load_steps(experiment(file), options.rig)
-    specs = {spec.name: spec for spec in config.controllers}
-    if name not in specs:
-        raise InputError(f"{file}: no controller {name}; it has {', '.join(specs)}")
-    return with_delay(config.rig, config.conditions.delay(specs[name], config.rig)), specs[name]
+    config = load_steps(experiment(file), options.rig, name)
+    (spec,) = config.controllers
+    return with_delay(config.rig, config.conditions.delay(spec, config.rig)), spec

@@ -5,7 +5,8 @@ from dataclasses import asdict, fields
 from typing import cast
 
 from ...control.compensators import Compensator, MapsCommand
-from ..common.designs import of_controllers, print_each, read
+from ..common.designs import of_controllers, print_each
+from ..common.step_experiment import load_steps
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -14,7 +15,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
-    config = read(options)
+    config = load_steps(options.experiment, options.rig, options.controller)
     from ...control.inner_loop import inner_loop_closed
     from ...control.jack_model import JackModel, fit_jack_model
     from ...linear import equilibrium

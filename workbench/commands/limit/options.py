@@ -2,15 +2,14 @@
 
 import argparse
 from functools import partial
-from pathlib import Path
 
 from ...base.errors import InputError
-from ...base.toml import read_toml
 from ...base.units import quantity
-from ..common.bench_experiment import load_bench
-from ..common.options import computes, finish, jobs, works
+from ..common.bench_experiment import BenchConfig
+from ..common.declared import finish_experiment, load_one
+from ..common.options import computes, jobs, works
 from ..common.shipped import experiment
-from ..common.step_experiment import load_steps
+from ..common.step_experiment import StepConfig
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -29,14 +28,12 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _limit(options: argparse.Namespace, words: list[str]) -> None:
-    path = Path(options.experiment)
     margin = _margin(options.margin)
-    load = load_bench if read_toml(path).values.get("experiment") == "bench" else load_steps
-    config = load(path, options.rig)
+    config = load_one((StepConfig, BenchConfig), options.experiment, options.rig)
     from .study import run_limit
 
-    identity = {"command": "limit", "experiment": config.source, "rig": config.rig.table(), "margin": margin}
-    finish(options, words, f"limit-{path.stem}", identity, partial(run_limit, config, margin, jobs=jobs(options)))
+    study = partial(run_limit, config, margin, jobs=jobs(options))
+    finish_experiment(options, words, "limit", config, study, "limit-", margin=margin)
 
 
 def _margin(text: str) -> float:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...base.table import ConfigTable
-from ..common.experiment_file import data_files, read_experiment
-from ..common.options import computes, finish, jobs, works
+from ..common.declared import finish_experiment
+from ..common.experiment_file import read_experiment
+from ..common.options import computes, jobs, works
 from ..common.shipped import experiment
 from .config import load_retune
 
@@ -36,12 +37,8 @@ def _retune(options: argparse.Namespace, words: list[str]) -> None:
     config = load_retune(options.experiment, options.found, options.rig, options.controller, options.designs)
     from .study import run_retune
 
-    rigs = {"rig": config.declared.start.rig.table(), "found": config.found.start.rig.table()}
-    identity = {"command": "retune", "experiment": config.found.source, "trials": config.found.designs, **rigs}
-    if files := data_files(config.found.source):
-        identity["files"] = files
-    name = f"retune-{Path(options.experiment).stem}"
-    finish(options, words, name, identity, partial(run_retune, config, jobs=jobs(options)))
+    study = partial(run_retune, config, jobs=jobs(options))
+    finish_experiment(options, words, "retune", config.declared, study, "retune-", found=config.found.rig.table())
 
 
 def _retune_platform(options: argparse.Namespace, words: list[str], top: ConfigTable) -> None:
@@ -52,7 +49,5 @@ def _retune_platform(options: argparse.Namespace, words: list[str], top: ConfigT
     from .platform import load_platform_retune, run_platform_retune
 
     config = load_platform_retune(top, Path(options.experiment), options.rig, options.found)
-
-    platforms = {"rig": config.declared.rig.table(), "found": config.found.rig.table()}
-    identity = {"command": "retune", "experiment": config.found.source, **platforms}
-    finish(options, words, f"retune-{Path(options.experiment).stem}", identity, partial(run_platform_retune, config))
+    study, found = partial(run_platform_retune, config), config.found.rig.table()
+    finish_experiment(options, words, "retune", config.declared, study, "retune-", found=found)

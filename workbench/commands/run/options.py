@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from ...control.controller_spec import read_numbers
 from ...control.protocol import design_numbers, number
 from ...rigs.rig import Rig
-from ..common.declared import OF_RUN, Experiment, ExperimentFile, count, declared, part, taker, takes_experiment
+from ..common.declared import Experiment, ExperimentFile, count, declared, load_one, part, takes_experiment
 from ..common.experiment import MOST_POINTS, asked_rig
-from ..common.experiment_file import read_experiment
 from ..common.step_experiment import StepConfig
 from .automatic_config import AutomaticConfig
 from .platform_config import PlatformConfig
@@ -78,12 +77,7 @@ _KINDS = (PaperConfig, StepConfig, CorrectorConfig, PlatformConfig, AutomaticCon
 
 def load_config(path: str | Path, rig: str | None = None) -> Config:
     """Read an experiment file; `rig` replaces the one it names. Raises InputError with file and key."""
-    path = Path(path)
-    top = read_experiment(path)
-    kind = top.text("experiment")
-    if kind not in OF_RUN:
-        raise top.complaint("experiment", f'"{kind[:80]}"; {taker(kind)}')
-    return next(each for each in _KINDS if kind == each.KIND).of(top, path, rig)
+    return load_one(_KINDS, path, rig)
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -4,7 +4,8 @@ import argparse
 import sys
 from dataclasses import replace
 
-from ..common.designs import of_controllers, print_each, read
+from ..common.designs import of_controllers, print_each
+from ..common.step_experiment import load_steps
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -13,7 +14,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _spread(options: argparse.Namespace, _words: list[str]) -> None:
-    config = read(options)
+    config = load_steps(options.experiment, options.rig, options.controller)
     from ...loop.overshoots import overshoot_spread, spread
 
     period = config.rig.period.value

@@ -2,13 +2,12 @@
 
 import argparse
 from functools import partial
-from pathlib import Path
 
-from ...base.toml import read_toml
-from ..common.bench_experiment import load_bench
-from ..common.options import computes, finish
+from ..common.bench_experiment import BenchConfig
+from ..common.declared import finish_experiment, load_one
+from ..common.options import computes
 from ..common.shipped import experiment
-from ..common.step_experiment import load_steps
+from ..common.step_experiment import StepConfig
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -20,11 +19,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _time(options: argparse.Namespace, words: list[str]) -> None:
-    path = Path(options.experiment)
-    load = load_bench if read_toml(path).values.get("experiment") == "bench" else load_steps
-    config = load(path, options.rig)
+    config = load_one((StepConfig, BenchConfig), options.experiment, options.rig)
     from .study import run_timing
 
-    identity = {"command": "time", "experiment": config.source, "rig": config.rig.table()}
     study = partial(run_timing, config, options.rig or config.source.get("rig", ""))
-    finish(options, words, f"time-{path.stem}", identity, study)
+    finish_experiment(options, words, "time", config, study, "time-")

@@ -71,12 +71,9 @@ def _watch(options: argparse.Namespace, words: list[str]) -> None:
 
 def loop_of(path: Path, name: str) -> StepConfig:
     """The experiment with that controller alone, and its step of 10 mm or its first scenario. Raises InputError."""
-    loop = load_steps(path)
-    chosen = [spec for spec in loop.controllers if spec.name == name]
-    if not chosen:
-        raise InputError(f"--controller {name}: {path} has {', '.join(spec.name for spec in loop.controllers)}")
+    loop = load_steps(path, only=name)
     scenario = next((each for each in loop.scenarios if each.name == "position-10mm"), loop.scenarios[0])
-    return replace(loop, controllers=(chosen[0],), scenarios=(scenario,))
+    return replace(loop, scenarios=(scenario,))
 
 
 def alarms_a_year(text: str) -> float:
