@@ -72,6 +72,22 @@ def test_python_is_held_to_the_same(tmp_path):
         Knocks(seconds=1.0, knocks=10)
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["serve", "nothere", "--port", "70000"], "--port 70000: must be 0 or more, 65535 at most"),
+        (["serve", "nothere", "--page-port", "-1"], "--page-port -1: must be 0 or more, 65535 at most"),
+        (["commission", "nothere", "--at", "udp://127.0.0.1:9", "--minutes", "nan"], "--minutes nan: must be 2"),
+        (["limit", "nothere", "--margin=-1 bar"], "--margin -1 bar: -100000 Pa is outside 0 to 1e+09 Pa"),
+        (["capability", "nothere", "--pump", "5 kg"], "--pump 5 kg: "),
+        (["force-test", "nothere", "--specimen", "1e12 N/m"], "--specimen 1e12 N/m: 1e+12 N/m is outside"),
+    ],
+)
+def test_an_option_is_held_to_its_bounds_before_anything_is_read(words, says, capsys):
+    assert main(words) == 2
+    assert capsys.readouterr().err.startswith(f"jackbench: {says}")
+
+
 def test_names_of_before_are_read_with_a_line_that_says_todays(tmp_path, capsys):
     text = (EXPERIMENTS / "tune_p.toml").read_text()
     (tmp_path / "now.toml").write_text(text)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from workbench.cli import script
-from workbench.commands.common.options import computes, draws, finish, jobs, plants, works
+from workbench.commands.common.options import bounded, computes, finish, jobs, works
 
 from .config import load_knowledge
 
@@ -17,13 +17,13 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "experiment", type=Path, help="a knowledge experiment, such as experiments/studies/knowledge/knowledge.toml"
     )
-    draws(parser)
+    bounded(parser, "--plants", 1, "number of plants to draw (default: the experiment's)")
     works(parser)
     computes(parser, _knowledge)
 
 
 def _knowledge(options: argparse.Namespace, words: list[str]) -> None:
-    config = load_knowledge(options.experiment, options.rig, plants(options))
+    config = load_knowledge(options.experiment, options.rig, options.plants)
     from .study import run_knowledge
 
     identity = {"command": "knowledge", "experiment": config.source, "plants": config.plants}

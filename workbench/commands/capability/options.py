@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InputError
-from ...base.units import Spec, quantity
+from ...base.units import Spec
 from ...rigs.platform import is_platform, load_platform
 from ...rigs.rig_file import load_rig
-from ..common.options import finish
+from ..common.options import finish, measured
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sheet_options import (
     Made,
@@ -31,6 +31,9 @@ _Task = tuple[str, dict[str, Any], Callable[[Stage, Progress], Outcome]]  # a fo
 _OF_A_JACK = ("campaign", "loop", "drive", "pump")  # options that a platform does not have
 _WITH_DRIVE = ("band", "cooler", "catalogue")
 _SAG = 0.1
+_FLOW = Spec("m^3/s", 1e-9, 10.0, "flow of the pump")
+_BAND = Spec("Hz", 0.01, 1e3, "band of the drive file")
+_POWER = Spec("W", 1.0, 1e9, "cooler that has to carry the drive file's heat")
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -43,12 +46,10 @@ def options(parser: argparse.ArgumentParser) -> None:
         help="experiment of the controller that plays the sines (default: it tunes itself)",
     )
     parser.add_argument("--controller", default="p-dp", metavar="NAME", help="controller of --loop (default: p-dp)")
-    parser.add_argument("--pump", metavar="FLOW", help="flow of the pump, such as '100 l/min'")
+    measured(parser, "--pump", _FLOW, f"{_FLOW.meaning}, such as '100 l/min'", "FLOW")
     parser.add_argument("--drive", type=Path, metavar="FILE", help="a drive file: a CSV with t and position")
-    parser.add_argument("--band", metavar="FREQUENCY", help="band of the drive file (default: half of the oil's mode)")
-    parser.add_argument(
-        "--cooler", metavar="POWER", help="cooler that has to carry the drive file's heat, such as '20 kW'"
-    )
+    measured(parser, "--band", _BAND, f"{_BAND.meaning} (default: half of the oil's mode)", "FREQUENCY")
+    measured(parser, "--cooler", _POWER, f"{_POWER.meaning}, such as '20 kW'", "POWER")
     parser.add_argument(
         "--sag", type=float, metavar="PERCENT", help="fall of the supply that an accumulator may allow (default: 10)"
     )
@@ -93,31 +94,13 @@ def _jack(options: argparse.Namespace) -> _Task:
 
     limits, digests = limits_of(options.limits)
     digests = file_digests(options.subject) | digests
-    asked = CapabilityAsked(rig, Made(rig.name, digests), limits=limits, pump=_number("pump", options.pump, _FLOW))
+    asked = CapabilityAsked(rig, Made(rig.name, digests), limits=limits, pump=options.pump)
     asked, more = _with_loop(*_with_campaign(asked, options), options)
     asked, files = _with_drive(asked, options)
     asked = replace(asked, made=Made(rig.name, digests | more.pop("files") | files))
     given = {key: str(value) for key in ("pump", "band", "cooler", "sag") if (value := getattr(options, key))}
     whole = {"command": "capability", "rig": rig.table(), "limits": limit_tables(limits), "given": given}
     return f"capability-{rig.name}", whole | more | {"files": asked.made.digests}, partial(run_capability, asked)
-
-
-_FLOW = Spec("m^3/s", 1e-9, 10.0, "flow of the pump")
-_BAND = Spec("Hz", 0.01, 1e3, "band of the drive file")
-_POWER = Spec("W", 1.0, 1e9, "what the cooler takes")
-
-
-def _number(name: str, text: str | None, spec: Spec) -> float | None:
-    """The number of an option in SI, None where it is not there. Raises InputError."""
-    if text is None:
-        return None
-    try:
-        value = quantity(text, spec.unit)
-    except InputError as error:
-        raise InputError(f"--{name} {text}: {error}") from None
-    if problem := spec.problem(value):
-        raise InputError(f"--{name} {text}: {problem}")
-    return value
 
 
 def _with_campaign(asked: "CapabilityAsked", options: argparse.Namespace) -> tuple["CapabilityAsked", dict[str, Any]]:
@@ -160,9 +143,8 @@ def _with_drive(asked: "CapabilityAsked", options: argparse.Namespace) -> tuple[
     sag = _SAG if options.sag is None else options.sag / 100
     if not 0 < sag < 1:
         raise InputError(f"--sag {options.sag:g}: must be between 0 and 100 %")
-    band, cooler = _number("band", options.band, _BAND), _number("cooler", options.cooler, _POWER)
     catalogue = None if options.catalogue is None else load_catalogue(options.catalogue)
     position = read_course(options.drive, asked.rig)
-    drive = DriveAsked(options.drive.name, position, band, cooler, sag, catalogue)
+    drive = DriveAsked(options.drive.name, position, options.band, options.cooler, sag, catalogue)
     read = [options.drive, *([options.catalogue] if options.catalogue else [])]
     return replace(asked, drive=drive), file_digests(*read)

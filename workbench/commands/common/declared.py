@@ -24,7 +24,7 @@ from ...base.units import Spec, quantity as quantity_of
 from ...rigs.rig import Rig
 from .. import COMMANDS
 from .experiment_file import controller_tables, data_files, read_experiment
-from .options import Study, computes, finish, jobs, works
+from .options import Study, bounded, computes, finish, jobs, works
 from .shipped import experiment
 
 T = TypeVar("T")
@@ -246,7 +246,7 @@ def takes_experiment(
     for name, key in keys_of(kind).items():
         if key.asked:
             meaning = next(iter(key.meanings.values())).partition(";")[0]
-            parser.add_argument(f"--{name}", type=int, metavar="N", help=f"{meaning} (default: the experiment's)")
+            bounded(parser, f"--{name}", 1, f"{meaning} (default: the experiment's)")
     if shared:
         works(parser)
     computes(parser, partial(_computed, kind, load or kind.load, study, shared))
@@ -256,9 +256,6 @@ def _computed(
     kind: type[Experiment], load: Load, study: str, shared: bool, options: argparse.Namespace, words: list[str]
 ) -> None:
     asked = {name: getattr(options, name) for name, key in keys_of(kind).items() if key.asked}
-    for name, value in asked.items():
-        if value is not None and value < 1:
-            raise InputError(f"--{name} {value}: must be 1 or more")
     config = load(options.experiment, options.rig, **asked)
     module, _, function = study.partition(":")
     compute = getattr(import_module(f"..{module}", __package__), function)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.cores import cores
 from ...base.errors import InputError
 from ...base.files import check_place
+from ...base.units import Spec, quantity
 from .outcome import Outcome, Progress, Stage, leave, no_checkpoint
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 Study = Callable[[Stage, Progress], Outcome]
 FolderStudy = Callable[["RunFolder", Progress], Outcome]
 Call = Callable[[argparse.Namespace, list[str]], None]
+
+_PORTS = 65535  # the highest
 
 
 def prints(command: argparse.ArgumentParser, call: Call) -> None:
@@ -40,30 +43,65 @@ def computes(command: argparse.ArgumentParser, call: Call, rig: bool = True) -> 
     command.set_defaults(call=call)
 
 
-def draws(command: argparse.ArgumentParser, what: str = "number of plants to draw (default: the experiment's)") -> None:
-    """The option of a command that draws plants."""
-    command.add_argument("--plants", type=int, metavar="N", help=what)
+class _Checked(argparse.Action):
+    """Keeps what is read of an option; where that is refused, the line says the option."""
+
+    def __init__(self, *, read: Callable[[Any], float], **words: Any) -> None:
+        super().__init__(**words)
+        self._read = read
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option_string: Any = None
+    ) -> None:
+        """Raises InputError."""
+        try:
+            setattr(namespace, self.dest, self._read(values))
+        except InputError as error:
+            raise InputError(f"{self.option_strings[0]} {values}: {error}") from None
 
 
-def plants(options: argparse.Namespace) -> int | None:
-    """How many plants to draw, None as the experiment says. Raises InputError."""
-    if options.plants is not None and options.plants < 1:
-        raise InputError(f"--plants {options.plants}: must be 1 or more")
-    return options.plants
+def bounded(
+    command: argparse.ArgumentParser,
+    option: str,
+    least: float,
+    what: str,
+    most: float = float("inf"),
+    kind: Callable[[str], float] = int,
+    metavar: str = "N",
+    **words: Any,
+) -> None:
+    """An option that is a number from `least` to `most`, a whole one unless `kind` is float."""
+
+    def read(number: float) -> float:
+        if not least <= number <= most:
+            raise InputError(f"must be {least:g} or more" + (f", {most:g} at most" if most < float("inf") else ""))
+        return number
+
+    command.add_argument(option, action=_Checked, read=read, type=kind, metavar=metavar, help=what, **words)
+
+
+def measured(command: argparse.ArgumentParser, option: str, spec: Spec, what: str, metavar: str) -> None:
+    """An option that is a number with its unit, within the bounds of a spec [SI]; None without it."""
+
+    def read(text: str) -> float:
+        number = quantity(text, spec.unit)
+        if problem := spec.problem(number):
+            raise InputError(problem)
+        return number
+
+    command.add_argument(option, action=_Checked, read=read, metavar=metavar, help=what)
 
 
 def works(command: argparse.ArgumentParser, cluster: bool = True) -> None:
     """The options of a command whose stages several processes share, those of a cluster too where `cluster`."""
-    command.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one per core)")
+    bounded(command, "--jobs", 1, "worker processes (default: one per core)")
     if cluster:
         what = "scheduler of a Dask cluster whose workers do the work, such as tcp://192.168.0.7:8786"
         command.add_argument("--cluster", metavar="ADDRESS", help=what)
 
 
 def processes(options: argparse.Namespace) -> int:
-    """How many processes of this machine share the stages. Raises InputError."""
-    if options.jobs is not None and options.jobs < 1:
-        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
+    """How many processes of this machine share the stages."""
     return options.jobs or cores()
 
 
@@ -82,6 +120,16 @@ def on_link(command: argparse.ArgumentParser, required: bool) -> None:
     """The options that say where a live rig is."""
     command.add_argument("--at", required=required, metavar="udp://HOST:PORT", help="address of the live rig")
     command.add_argument("--token", default="", help="the token that the rig asks for")
+
+
+def on_port(command: argparse.ArgumentParser, option: str, what: str) -> None:
+    """The option of a port, 0 for a free one."""
+    bounded(command, option, 0, f"{what} (default: a free one)", most=_PORTS, default=0)
+
+
+def on_opc_ua(command: argparse.ArgumentParser) -> None:
+    """The option of a command that a SCADA panel may look on."""
+    bounded(command, "--opcua", 1, "port of the OPC UA server for a SCADA panel", most=_PORTS)
 
 
 _OUTCOMES: ContextVar[list[Outcome] | None] = ContextVar("outcomes", default=None)

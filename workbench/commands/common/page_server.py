@@ -18,7 +18,6 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-PORTS = 65535
 _HOST = "127.0.0.1"
 _MOST = 65536  # bytes of a request
 _TIMEOUT = 60.0  # s: of a connection on which nothing comes
@@ -67,8 +66,6 @@ class PageServer(ThreadingHTTPServer):
 def page_server(files: Files, answers: Answers, port: int, option: str = "--port") -> Iterator[PageServer]:
     """A server on 127.0.0.1; port 0 is a free one. Raises InputError for a port that cannot be had, which `option`
     gave."""
-    if not 0 <= port <= PORTS:
-        raise InputError(f"{option} {port}: must be from 0, a free one, to {PORTS}")
     try:
         server = PageServer(files, answers, port)
     except OSError as error:

@@ -13,7 +13,7 @@ from ...records.campaign import FILE, Campaign, campaign_rig, load_campaign
 from ...rigs.platform import bundled_platforms
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, load_rig
-from .options import Call, computes
+from .options import Call, bounded, computes
 from .shipped import campaign
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def sheet_options(parser: argparse.ArgumentParser, call: Call, subject: str = "C
         "--limits", type=Path, metavar="FILE", help="a TOML with the maker's values and limits, line by line"
     )
     if recorded:
-        parser.add_argument("--seed", type=int, default=0, help="seed of a played rig's sensor noise (default: 0)")
+        bounded(parser, "--seed", 0, "seed of a played rig's sensor noise (default: 0)", default=0)
     parser.add_argument(
         "--pdf", action="store_true", help="also print the sheet into sheet.pdf, with an installed Chromium"
     )
@@ -72,8 +72,6 @@ def sheet_options(parser: argparse.ArgumentParser, call: Call, subject: str = "C
 
 def asked(options: argparse.Namespace) -> Asked:
     """What the options say. Raises InputError."""
-    if options.seed < 0:
-        raise InputError(f"--seed {options.seed}: must be 0 or more")
     folder = campaign(options.subject)
     is_campaign = folder.is_dir() or folder.name == FILE
     loaded = load_campaign(folder) if is_campaign else None

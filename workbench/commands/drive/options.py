@@ -4,7 +4,7 @@ import argparse
 from functools import partial
 
 from ..common.declared import finish_experiment
-from ..common.options import computes, on_link
+from ..common.options import computes, on_link, on_opc_ua
 from ..common.shipped import experiment
 from ..common.step_experiment import load_steps
 
@@ -16,7 +16,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controller", metavar="NAME", help="the one controller of the experiment to play (default: all)"
     )
-    parser.add_argument("--opcua", type=int, metavar="N", help="port of the OPC UA server for a SCADA panel")
+    on_opc_ua(parser)
     computes(parser, _drive)
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import partial
 
 from ...base.errors import InputError
-from ...base.units import quantity
 from ...rigs.load import GRIPS, LOADS
 from ...rigs.number import Number
 from ...rigs.rig import Rig
-from ..common.options import finish
+from ...rigs.schema import LOAD
+from ..common.options import finish, measured
 from ..common.sheet_options import asked, identity, sheet_options
 
 _MOST = 50.0  # %
@@ -18,12 +18,10 @@ _MOST = 50.0  # %
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     sheet_options(parser, _force_test)
-    parser.add_argument(
-        "--specimen", metavar="STIFFNESS", help="stiffness of a played rig's specimen, such as '1e7 N/m'"
-    )
-    parser.add_argument(
-        "--grips", metavar="MASS", help="mass between load cell and specimen of a played rig, such as '12 kg'"
-    )
+    specimen = "stiffness of a played rig's specimen, such as '1e7 N/m'"
+    measured(parser, "--specimen", LOAD["ks"], specimen, "STIFFNESS")
+    grips = "mass between load cell and specimen of a played rig, such as '12 kg'"
+    measured(parser, "--grips", LOADS[GRIPS]["Mg"], grips, "MASS")
     parser.add_argument(
         "--within",
         type=float,
@@ -68,23 +66,13 @@ def _share(options: argparse.Namespace, name: str) -> float:
 def _changed(rig: Rig, options: argparse.Namespace) -> Rig:
     """With another specimen and other grips, where these are asked for. Raises InputError."""
     if options.specimen is not None:
-        rig = rig.with_values(ks=_quantity("--specimen", options.specimen, "N/m"))
-    return rig if options.grips is None else with_grips(rig, _quantity("--grips", options.grips, "kg"))
-
-
-def _quantity(option: str, text: str, si: str) -> float:
-    try:
-        return quantity(text, si)
-    except InputError as error:
-        raise InputError(f"{option} {text}: {error}") from None
+        rig = rig.with_values(ks=options.specimen)
+    return rig if options.grips is None else with_grips(rig, options.grips)
 
 
 def with_grips(rig: Rig, mass: float) -> Rig:
     """A rig with a mass [kg] between load cell and specimen. Raises InputError for one above the moving mass, and for a
     rig with a load of another kind."""
-    spec = LOADS[GRIPS]["Mg"]
-    if problem := spec.problem(mass):
-        raise InputError(f"--grips: {problem}")
     if mass > rig["M"]:
         raise InputError(f"--grips {mass:g} kg: is part of the moving mass, which is {rig['M']:g} kg; give less")
     if LOADS[rig.load] and rig.load != GRIPS:

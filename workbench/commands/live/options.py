@@ -3,13 +3,14 @@
 import argparse
 from contextlib import suppress
 
+from ..common.options import on_port
 from ..common.shipped import experiment
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("experiment", type=experiment, help="a step, tune or bench experiment")
-    parser.add_argument("--port", type=int, default=0, metavar="N", help="port on 127.0.0.1 (default: a free one)")
+    on_port(parser, "--port", "port on 127.0.0.1")
     parser.set_defaults(call=_live)
 
 

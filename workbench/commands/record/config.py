@@ -29,8 +29,6 @@ def plan(rig: str, files: Sequence[str | Path] = (), seed: int = 0) -> Plan:
     loaded = load_rig(rig)
     if "position" not in loaded.sensors:
         raise InputError(f"rig {rig}: no position sensor, which its drive needs; add [sensors.position]")
-    if seed < 0:
-        raise InputError(f"seed {seed}: must be 0 or more")
     played = tuple(read_excitation(path, loaded.period.value, loaded["xmid"]) for path in files)
     names = [excitation.name for excitation in played]
     for name in names:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...base.errors import InputError
 from ...rigs.platform import is_platform
-from ..common.options import computes, finish, on_link
+from ..common.options import bounded, computes, finish, on_link
 from .config import identity, plan
 
 
@@ -21,7 +21,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="files of excitations, of a platform of poses; the last one is held out",
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise (default: 0)")
+    bounded(parser, "--seed", 0, "seed of the sensor noise (default: 0)", default=0)
     on_link(parser, required=False)
     computes(parser, _record, rig=False)
 

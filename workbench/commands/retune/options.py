@@ -8,7 +8,7 @@ from ...base.errors import InputError
 from ...base.table import ConfigTable
 from ..common.declared import finish_experiment
 from ..common.experiment_file import read_experiment
-from ..common.options import computes, jobs, works
+from ..common.options import bounded, computes, jobs, works
 from ..common.shipped import experiment
 from .config import load_retune
 
@@ -22,14 +22,12 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--found", required=True, metavar="RIG", help="the .toml file of the rig that fit or trace found"
     )
     parser.add_argument("--controller", metavar="NAME", help="the controller to retune, if the experiment has several")
-    parser.add_argument("--designs", type=int, metavar="N", help="number of designs to try (default: the experiment's)")
+    bounded(parser, "--designs", 1, "number of designs to try (default: the experiment's)")
     works(parser)
     computes(parser, _retune)
 
 
 def _retune(options: argparse.Namespace, words: list[str]) -> None:
-    if options.designs is not None and options.designs < 1:
-        raise InputError(f"--designs {options.designs}: must be 1 or more")
     top = read_experiment(options.experiment)
     if top.values.get("experiment") == "platform":
         _retune_platform(options, words, top)

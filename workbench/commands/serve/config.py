@@ -14,7 +14,6 @@ from ...rigs.rig_file import load_rig, read_effects
 from ...rigs.schema import CONTROL
 
 FASTEST = 5000.0  # Hz in real time
-PORTS = 65535
 
 
 @dataclass(frozen=True)
@@ -28,19 +27,13 @@ class Service:
     host: str
     token: str
     page_port: int
-    opc_ua: int | None = None
+    opcua: int | None = None
 
 
 def service(
     wanted: Service, name: str, rate: float | None, effects: Path | None, specimen: str | None
 ) -> Rig | Platform:
     """The rig or platform to serve. Raises InputError for what cannot be."""
-    if not 0 <= wanted.port <= PORTS:
-        raise InputError(f"--port {wanted.port}: must be from 0, a free one, to {PORTS}")
-    if wanted.opc_ua is not None and not 0 < wanted.opc_ua <= PORTS:
-        raise InputError(f"--opcua {wanted.opc_ua}: must be from 1 to {PORTS}")
-    if wanted.seed < 0:
-        raise InputError(f"--seed {wanted.seed}: must be 0 or more")
     if wanted.host and not wanted.token:
         raise InputError(f"--bind {wanted.host}: others can reach the rig there; give it a --token")
     rig = _named(name)

@@ -2,11 +2,12 @@
 
 import argparse
 import shutil
+from dataclasses import fields
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
-from ..common.options import computes, finish
+from ..common.options import bounded, computes, finish, on_opc_ua, on_port
 from .config import Service, service
 
 
@@ -14,33 +15,25 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("rig", help="a bundled rig or platform, or its file")
     parser.add_argument("--rate", type=float, metavar="HZ", help="control rate (default: the rig's own)")
-    parser.add_argument("--port", type=int, default=0, metavar="N", help="UDP port (default: a free one)")
+    on_port(parser, "--port", "UDP port")
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument("--lockstep", action="store_true", help="let the client set the pace: one command, one period")
     pace.add_argument("--realtime", action="store_true", help="let the clock set the pace (default)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the sensor noise (default: 0)")
+    bounded(parser, "--seed", 0, "seed of the sensor noise (default: 0)", default=0)
     parser.add_argument("--ideal", action="store_true", help="leave out noise, resolution and computing delay")
     parser.add_argument("--effects", type=Path, metavar="FILE.toml", help="file of [[effects]] to add to the rig")
     what = 'put it on the load cell: its stiffness, such as "1e7 N/m", or one of a rig set, such as stiffness-1e6'
     parser.add_argument("--specimen", metavar="STIFFNESS", help=what)
-    parser.add_argument("--bind", default="", metavar="HOST", help="address to listen on (default: this machine alone)")
+    bind = "address to listen on (default: this machine alone)"
+    parser.add_argument("--bind", dest="host", default="", metavar="HOST", help=bind)
     parser.add_argument("--token", default="", help="text that a client's hello must have; needed with --bind")
-    parser.add_argument("--page-port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
-    parser.add_argument("--opcua", type=int, metavar="N", help="port of the OPC UA server for a SCADA panel")
+    on_port(parser, "--page-port", "port of the page")
+    on_opc_ua(parser)
     computes(parser, _serve, rig=False)
 
 
 def _serve(options: argparse.Namespace, words: list[str]) -> None:
-    wanted = Service(
-        lockstep=options.lockstep,
-        seed=options.seed,
-        ideal=options.ideal,
-        port=options.port,
-        host=options.bind,
-        token=options.token,
-        page_port=options.page_port,
-        opc_ua=options.opcua,
-    )
+    wanted = Service(**{entry.name: getattr(options, entry.name) for entry in fields(Service)})
     rig = service(wanted, options.rig, options.rate, options.effects, options.specimen)
     from .study import run_service
 

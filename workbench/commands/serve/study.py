@@ -47,8 +47,8 @@ def run_service(rig: Rig | Platform, wanted: Service, stage: Stage, progress: Pr
         pages = stack.enter_context(
             page_server(page_files(page.start()), page.answers, wanted.page_port, "--page-port")
         )
-        if wanted.opc_ua is not None:
-            panel = opc_ua_server(supervised_rig(server), wanted.opc_ua)
+        if wanted.opcua is not None:
+            panel = opc_ua_server(supervised_rig(server), wanted.opcua)
             progress(f"for a panel: {stack.enter_context(panel)}")
         stack.enter_context(_quiet())
         threading.Thread(target=pages.serve_forever, daemon=True).start()
