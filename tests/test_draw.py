@@ -15,6 +15,8 @@ from experiments.studies.trace.campaigns.cause import (
 from experiments.studies.trace.campaigns.draw import CampaignPlan, draw
 from experiments.studies.trace.campaigns.noise import BLEMISHES, noise
 from experiments.studies.trace.campaigns.play import PositionLoop, play, start
+from experiments.studies.trace.campaigns.scene import drawn_rig
+from experiments.studies.trace.campaigns.second_order import OIL, RATIO, SPEED, STALL, STROKE, VALVE, second_order_rig
 from experiments.studies.trace.campaigns.strength import scaled, settle
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import noise_floor
@@ -29,7 +31,9 @@ from workbench.rigs.rig_file import load_rig
 
 PERIOD, STEP = 1e-3, 1 / 32767
 COULOMB = (("jack.friction", "coulomb"),)
-ON_VALVES = causes_on(load_rig("jack-10t"), (*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES))
+ON_VALVES = [
+    one for one in (*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES) if {"three-stage", "second-order"} & one.effect.valves
+]
 
 
 @pytest.fixture(scope="module")
@@ -172,8 +176,9 @@ def home(one, rig, plant):
     """The rig that has room for a cause, and its plant."""
     if applies(one.effect, rig):
         return rig, plant
-    pump = load_rig("pump-rig", corrector="speed")
-    return pump, build(pump)
+    other = second_order_rig(0)
+    other = other if applies(one.effect, other) else load_rig("pump-rig", corrector="speed")
+    return other, build(other)
 
 
 @pytest.mark.parametrize("one", [*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES], ids=lambda one: " ".join(one.key))
@@ -200,6 +205,7 @@ def test_a_foreign_effect_vanishes_where_it_is_off(one, rig, plant):
 @pytest.mark.parametrize("one", ON_VALVES, ids=lambda one: " ".join(one.key))
 def test_a_foreign_effect_simulates(one, rig, plant):
     """At its typical strength, from rest, through a hard step; and something comes of it."""
+    rig, plant = home(one, rig, plant)
     engine = Engine(build(rig, also=[one.effect]), 1e-4, "interpreted")
     base = Engine(plant, 1e-4, "interpreted")
     rows = 40
@@ -211,12 +217,15 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     moved = [
         np.abs(motions[0].outputs[name] - motions[1].outputs[name]).max() / np.ptp(motions[1].outputs[name])
         for name in ("current", "spool", "pa", "acceleration")
+        if name in motions[1].outputs
     ]
     assert np.all(np.isfinite(moved))
     assert max(moved) > 1e-4
 
 
-def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones(rig):
+@pytest.mark.parametrize("drawn", ["jack-10t", "second-order-0"])
+def test_every_named_effect_has_formulas_of_its_own_and_foreign_ones(drawn):
+    rig = drawn_rig(drawn, "")
     own, others = (causes_on(rig, pool) for pool in (LIBRARY_CAUSES, OTHER_FORMULA_CAUSES))
     assert {one.effect.name for one in own} == {one.effect.name for one in others}
     assert {one.effect.name for one in OTHER_FORMULA_CAUSES} <= {one.effect.name for one in LIBRARY_CAUSES}
@@ -242,3 +251,42 @@ def test_a_strength_that_can_not_be_reached_is_the_nearest_that_can():
     found = settle(lambda numbers: 1 + numbers["Fc"] / highest, one, {}, 50.0)
     assert found.numbers["Fc"] == highest
     assert scaled(one.effect, {}, 0.0)["Fc"] == 0.0
+
+
+def within(values, band):
+    return band[0] * 0.99 <= min(values) and max(values) <= band[1] * 1.01
+
+
+def test_rigs_with_a_second_order_valve_are_of_sizes_that_people_have():
+    """Each number by the physics of the others: stall force, speed of half the supply a land, mass on the oil."""
+    rigs = [second_order_rig(seed) for seed in range(60)]
+    assert second_order_rig(7) == rigs[7] != rigs[8]
+    assert {rig.jack for rig in rigs} == {"double-rod", "differential"}
+    assert within([rig["Ps"] * rig.areas[0] for rig in rigs], STALL)
+    assert within([rig["S"] for rig in rigs], STROKE)
+    assert within([rig["f0"] for rig in rigs], VALVE)
+    assert within([a / b for a, b in (rig.areas for rig in rigs) if a != b], RATIO)
+    lands = [rig["K3"] * rig["z3max"] * np.sqrt(rig["Ps"] / 2) / np.mean(rig.areas) for rig in rigs]
+    assert within(lands, SPEED)
+    stiffness = [
+        rig["beta"] * sum(a * a / (v + a * rig["S"] / 2) for a, v in zip(rig.areas, rig.dead_volumes, strict=True))
+        for rig in rigs
+    ]
+    assert within([np.sqrt(k / rig["M"]) / (2 * np.pi) for k, rig in zip(stiffness, rigs, strict=True)], OIL)
+    for signal in ("spool", "force", "acceleration"):
+        assert 10 < sum(signal in rig.sensors for rig in rigs) < 50
+    assert all(rig.cell_is_idle is ("force" not in rig.sensors) for rig in rigs)
+    assert all(rig.numbers[name].low is not None for rig in rigs for name in ("f0", "K3", "M", "beta", "Ps"))
+
+
+@pytest.mark.parametrize(("seed", "few"), [(3, False), (4, True)])
+def test_a_campaign_on_a_drawn_rig_brings_its_rig_file(tmp_path, seed, few):
+    plan = CampaignPlan(seed, "clean", few=few, rig=f"second-order-{seed}")
+    truth = draw(plan, tmp_path / "own")
+    campaign = load_campaign(tmp_path / "own")
+    own = load_rig(campaign.rig)
+    assert own.numbers.keys() == drawn_rig(plan.rig, "").numbers.keys()
+    signals = set(campaign.train[0].signals) - {"reference", "command"}
+    assert signals == ({"pa", "position"} if few else set(own.sensors))
+    for name, value in squares(own, tmp_path / "own", truth, {}).items():
+        assert 0.9 < value < 1.15, name

@@ -20,7 +20,7 @@ STRONGEST = 4.0  # over an effect's typical strength
 _STICKS = 20.0  # the same, of a spool that sticks
 TRANSDUCER, STICKING = "transducer 3 % off", "spool that sticks"
 _TRAP_EVERY, _PAIR_EVERY, _UNNAMED_EVERY = 5, 4, 10
-_PLAIN = ("cross-port relief valve", "piston seal that opens", "air drag", "null shift", "gain that gives way")
+_PLAIN = ("piston seal that opens", "air drag", "null shift", "gain that gives way")
 
 
 @dataclass(frozen=True)

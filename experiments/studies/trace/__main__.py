@@ -13,7 +13,7 @@ from workbench.commands.common.options import computes, finish, jobs, works
 
 from .given import given
 
-_RIGS = ("jack-10t", "pump-rig")
+_RIGS = ("jack-10t", "pump-rig", "second-order")
 _PLATFORMS, _JOINTS = "platforms", "joints"
 
 

@@ -11,9 +11,9 @@ from scipy.stats import binom, binomtest
 
 from workbench.base.units import to_si
 from workbench.plant.effects import known_effects
-from workbench.rigs.rig_file import load_rig
 
 from .campaigns.draw import JACK
+from .campaigns.scene import drawn_rig
 
 VISIBLE = 1.2  # chi2 of the base fit; a misfit below is faint
 SHOWN = 1.05  # chi2 that a refit leaves of the train records: below, nothing fitted to them can know the effect
@@ -278,7 +278,7 @@ def _units(name: str, formula: str) -> dict[str, str]:
 
 
 def _rig_units(truth: Truth) -> dict[str, str]:
-    return {name: number.si for name, number in load_rig(truth.get("rig", JACK)).numbers.items()}
+    return {name: number.si for name, number in drawn_rig(truth.get("rig", JACK), "").numbers.items()}
 
 
 def _inside(true: Mapping[str, float], intervals: Mapping[str, Sequence[float]], si: Mapping[str, str]) -> list[bool]:

@@ -18,6 +18,8 @@ BESIDE = {
     "main.stiction": UNSEEN,
 }
 """Equations that are right too: a lap moves the spool's flow force, a corrector the spool."""
+INSIDE = ("drive", "pilot", "main")
+"""Nor is anything between the command and the spool of a valve that is known by its datasheet."""
 SLOW = {"drive.lag": 0.1}
 """A lag far below a period shows but in the current of the very moment at which the command is written."""
 TURNING = ("pump ripple", "motor out of balance")
@@ -46,7 +48,8 @@ def cause(name: str, formula: str, rig: Rig) -> Cause:
     """A cause by name and formula; `rig` has the numbers that may be wrong. Raises InputError."""
     for candidate in (*LIBRARY_CAUSES, *OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES, *number_causes(rig)):
         if candidate.key == (name, formula):
-            return candidate
+            inside = rig.valve == "second-order" and candidate.effect.equation in INSIDE
+            return replace(candidate, equations=INSIDE) if inside else candidate
     raise InputError(f'nothing to draw called "{name}", "{formula}"; see workbench/commands/trace_study/off_library')
 
 

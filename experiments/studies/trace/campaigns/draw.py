@@ -19,6 +19,8 @@ from workbench.identify.trace.problem import estimation_problem
 from workbench.records import load_campaign
 from workbench.records.campaign import FREE_RUN
 from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import save_rig
+from workbench.rigs.shipped import bundled
 
 from .cause import Cause, cause
 from .misfit import Misfit
@@ -29,7 +31,9 @@ from .scene import Scene, drawn_rig, fits, within_limits
 from .strength import Strength, off, settle, shaped
 
 JACK = "jack-10t"
-FEW = ("current", "pa", "pb", "position")  # where sensors are missing
+FEW = {"second-order": ("pa", "position")}  # where sensors are missing, by the valve
+FEW_ELSE = ("current", "pa", "pb", "position")
+WIDE = 20.0  # beyond this factor a range is drawn from by its logarithm
 PASSES, NEAR = 3, 0.3  # of the search for a strength; of log(chi2 - 1)
 
 Kind = Literal["single", "pair", "off", "clean", "number"]
@@ -72,7 +76,7 @@ def draw(plan: CampaignPlan, folder: Path) -> dict[str, Any]:
     strengths = _strengths(plan, scene, causes)
     loud = [_noises(plan, scene, number) for number in range(len(scene.played))]
     mix = {cause: strength.numbers for cause, strength in zip(causes, strengths, strict=True)}
-    motions = scene.motions(mix, scene.played, [noises["position"] for noises in loud])
+    motions = scene.motions(mix, scene.played, _heard(scene, loud))
     _record(plan, scene, motions, loud, folder)
     return _truth(plan, scene, causes, strengths)
 
@@ -92,7 +96,7 @@ def written_records(
     sigma = {name: louder * size for name, size in scene.sigma.items()}
     other = replace(scene, true=numbers, sigma=sigma, programme=programme)
     loud = [_noises(plan, other, number) for number in range(len(other.played))]
-    _record(plan, other, other.motions(mix, other.played, [noises["position"] for noises in loud]), loud, folder)
+    _record(plan, other, other.motions(mix, other.played, _heard(other, loud)), loud, folder)
 
 
 def drawn_scene(plan: CampaignPlan) -> Scene:
@@ -109,7 +113,11 @@ def _record(
 ) -> None:
     """Leave a campaign's folder: what the sensors say of motions with noise."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "campaign.toml").write_text(toml_text({"rig": plan.rig, **scene.programme.campaign}), encoding="utf-8")
+    own = plan.rig not in bundled()
+    rig = "rig.toml" if own else plan.rig
+    (folder / "campaign.toml").write_text(toml_text({"rig": rig, **scene.programme.campaign}), encoding="utf-8")
+    if own:
+        save_rig(scene.rig, folder / rig)
     torn = int(_random(plan, "torn").integers(len(scene.played)))  # the record that loses rows, if any does
     for number, (excitation, motion, noises) in enumerate(zip(scene.played, motions, loud, strict=True)):
         settings = scene.programme.settings.get(excitation.name, {})
@@ -131,25 +139,31 @@ def _scene(plan: CampaignPlan) -> Scene:
     rig = drawn_rig(plan.rig, plan.corrector)
     drawn = _random(plan, "rig")
     true = {
-        name: float(drawn.uniform(number.low, number.high))
+        name: _within(drawn, number.low, number.high)
         for name, number in rig.numbers.items()
         if number.low is not None and number.high is not None
     }
     excited = _random(plan, "excitation")
     run = programme(rig, excited, plan.sharp, plan.poor)
     sigma = sigmas(rig, plan.noise, _random(plan, "sensors"), run.readings)
-    logged = [name for name in MEASURED if name in sigma and name != "force" and (name != "supply" or plan.supply)]
-    names = [name for name in logged if name in FEW or not plan.few]
+    left = {"force": not rig.cell_is_idle, "supply": plan.supply}
+    few = FEW.get(rig.valve, FEW_ELSE) if plan.few else MEASURED
+    names = [name for name in MEASURED if name in sigma and name in few and left.get(name, True)]
     scene = Scene(rig, true | _beside(plan, rig), {name: sigma[name] for name in names}, run)
     scene = within_limits(scene)
     free_runs = run.campaign.get("score") == FREE_RUN
     return replace(scene, judged=_free_run_floor(plan, scene)) if free_runs and plan.effects else scene
 
 
+def _within(drawn: np.random.Generator, low: float, high: float) -> float:
+    by_factor = 0 < WIDE * low < high
+    return float(np.exp(drawn.uniform(np.log(low), np.log(high))) if by_factor else drawn.uniform(low, high))
+
+
 def _free_run_floor(plan: CampaignPlan, scene: Scene) -> dict[str, float]:
     """What errors [SI] of free runs are held against, by records of the rig with its true numbers."""
     loud = [_noises(plan, scene, number) for number in range(len(scene.played))]
-    motions = scene.motions({}, scene.played, [noises["position"] for noises in loud])
+    motions = scene.motions({}, scene.played, _heard(scene, loud))
     with TemporaryDirectory() as scratch:
         _record(plan, scene, motions, loud, Path(scratch))
         floor = estimation_problem(load_campaign(scratch), scene.rig.with_values(**scene.true)).floor
@@ -208,6 +222,12 @@ def _noises(plan: CampaignPlan, scene: Scene, number: int) -> dict[str, np.ndarr
     }
 
 
+def _heard(scene: Scene, loud: Sequence[Mapping[str, np.ndarray]]) -> list[np.ndarray]:
+    """The noise [n] m of position that the loop hears in every record."""
+    deaf = scene.programme.resting if scene.programme.still else 0
+    return [noises["position"] * (number >= deaf) for number, noises in enumerate(loud)]
+
+
 def _truth(plan: CampaignPlan, scene: Scene, causes: Sequence[Cause], strengths: Sequence[Strength]) -> dict[str, Any]:
     """What the campaign is short of; keys as in truth.json, numbers in SI."""
     equations = list(dict.fromkeys(equation for cause in causes for equation in cause.equations))
@@ -222,7 +242,7 @@ def _truth(plan: CampaignPlan, scene: Scene, causes: Sequence[Cause], strengths:
         "equation": causes[0].effect.equation if causes else None,
         "equations": equations,
         "rig": plan.rig,
-        "ratio": {name: value / scene.rig[name] for name, value in scene.true.items()},
+        "ratio": {name: value / scene.rig[name] for name, value in scene.true.items() if scene.rig[name]},
         "true": true,
         "numbers": numbers,
         "strength": [strength.strength for strength in strengths],

@@ -1,24 +1,40 @@
 """Excitations of a drawn campaign: the kinds that `jackbench record` plays, in sizes and orders that a seed decides."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from workbench.records.excitation import Excitation, excitation
 from workbench.rigs.rig import Rig
+
+from .second_order import SECOND_ORDER
 
 STATIC, MOVING = 2.0, 6.0  # s
 TRAVEL = 0.8  # of the stroke limit, at most
 PUSH = 0.4  # of the force that the supply can give, to accelerate with
 CROSSOVER = (2.0, 3.2)  # rad/s: the position loop holds the jack, and leaves its resonance alone
 STEP_SIZES = ((0.03, 1.0), (0.3, 1.0))  # of the travel: slow, fast
-STEP_SPEEDS = ((0.03, 0.5), (0.5, 3.0))  # m/s
 STEP_RESTS = (0.15, 0.45)  # s
 STEP_EDGE = 2e-3  # s: how fast a sharp move is up to its speed
-TRIANGLE_SPEEDS = ((0.008, 0.03), (0.03, 0.08), (0.08, 0.25))  # m/s
-SWING, SWING_TRAVEL = (0.5, 3.0), (0.04, 0.15)  # Hz; m, of the reference of the multisine
+SWING = (0.5, 3.0)  # Hz, of the reference of the multisine
 FINE_BAND, FINE_LINES = (8.0, 330.0), 36  # Hz
 QUIET, LOUD, ABOVE = 2e-3, 2e-2, 60.0  # of full command, a line; Hz, above the jack's resonance
 PERIOD = 2.0  # s, of the multisine
 POOR = 0.1  # of the usual size
+FASTEST = 0.7  # of full speed at half the supply pressure over each land
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast steps (slow, fast) and triangles are [m/s], and how far the multisine goes [m]."""
+
+    steps: tuple[tuple[float, float], ...] = ((0.03, 0.5), (0.5, 3.0))
+    triangles: tuple[tuple[float, float], ...] = ((0.008, 0.03), (0.03, 0.08), (0.08, 0.25))
+    swing: tuple[float, float] = (0.04, 0.15)
+
+
+SHARES = Pace(((0.02, 0.2), (0.2, FASTEST)), ((0.005, 0.02), (0.02, 0.1), (0.1, 0.4)), (0.1, 0.35))
+"""Of full speed and of the stroke limit, on rigs of any size."""
 
 
 def excitations(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> tuple[Excitation, ...]:
@@ -58,18 +74,18 @@ def _steps(rig: Rig, seed: np.random.Generator, edge: float) -> np.ndarray:
         side = -side if fast else float(seed.choice([-1.0, 1.0]))
         goal = side * most * _log_uniform(seed, STEP_SIZES[fast])
         rest = np.zeros(_rows(rig, seed.uniform(*STEP_RESTS)))
-        pieces += [_move(goal - at, _log_uniform(seed, STEP_SPEEDS[fast]), _rows(rig, edge), fast, rig), rest]
+        pieces += [_move(goal - at, _log_uniform(seed, _pace(rig).steps[fast]), _rows(rig, edge), fast, rig), rest]
         rows, at = rows + len(pieces[-2]) + len(rest), goal
     return np.concatenate(pieces)[: _rows(rig, MOVING)]
 
 
 def _triangles(rig: Rig, seed: np.random.Generator) -> np.ndarray:
     """Velocities [n] m/s of triangles about mid stroke, fast to so slow that friction shows, in any order."""
-    pieces = []
-    for band in seed.permutation(TRIANGLE_SPEEDS):
+    pieces, speeds = [], _pace(rig).triangles
+    for band in seed.permutation(speeds):
         speed, cycles = _log_uniform(seed, band), int(seed.integers(1, 3))
         edge = max(4, _rows(rig, np.pi / 2 * speed / _acceleration(rig)))
-        flat = max(4, _rows(rig, MOVING / len(TRIANGLE_SPEEDS) / cycles) // 4 - edge // 2)
+        flat = max(4, _rows(rig, MOVING / len(speeds) / cycles) // 4 - edge // 2)
         turn = np.cos(np.pi * (np.arange(edge) + 0.5) / edge)
         wave = np.concatenate((np.ones(flat), turn, -np.ones(2 * flat), -turn, np.ones(flat)))
         pieces.append(float(seed.choice([-1.0, 1.0])) * speed * np.tile(wave, cycles))
@@ -82,10 +98,11 @@ def _swing(rig: Rig, seed: np.random.Generator) -> np.ndarray:
     period = rig.period.value
     lines = np.arange(round(SWING[0] * PERIOD), round(SWING[1] * PERIOD) + 1)
     wave = _waves(seed, lines, 1 / lines, period)
-    wave *= seed.uniform(*SWING_TRAVEL) / np.abs(wave).max()
+    wave *= seed.uniform(*_pace(rig).swing) / np.abs(wave).max()
     speed = np.gradient(np.concatenate((wave, wave, wave)), period)[len(wave) : 2 * len(wave)]
-    fastest = np.abs(np.gradient(speed, period)).max()
-    return _repeated(speed * min(1.0, _acceleration(rig) / fastest), _rows(rig, MOVING))
+    hardest, fastest = np.abs(np.gradient(speed, period)).max(), np.abs(speed).max()
+    size = min(1.0, _acceleration(rig) / hardest, FASTEST * _speed(rig) / fastest)
+    return _repeated(speed * size, _rows(rig, MOVING))
 
 
 def _move(displacement: float, speed: float, edge: int, fast: bool, rig: Rig) -> np.ndarray:
@@ -107,7 +124,17 @@ def _moving(name: str, velocity: np.ndarray, rig: Rig) -> Excitation:
 
 def _speed(rig: Rig) -> float:
     """Jack speed per unit of command [m/s], half the supply pressure over each land."""
-    return rig["n"] * rig["K3"] * rig["z3max"] * np.sqrt((rig["Ps"] - rig["Pr"]) / 2) / rig["Aj"]
+    return rig["n"] * rig["K3"] * rig["z3max"] * np.sqrt((rig["Ps"] - rig["Pr"]) / 2) / (sum(rig.areas) / 2)
+
+
+def _pace(rig: Rig) -> Pace:
+    if rig.valve != SECOND_ORDER:
+        return Pace()
+    top, far = _speed(rig), rig.limit("stroke")
+    steps, triangles = (
+        tuple((low * top, high * top) for low, high in bands) for bands in (SHARES.steps, SHARES.triangles)
+    )
+    return Pace(steps, triangles, (SHARES.swing[0] * far, SHARES.swing[1] * far))
 
 
 def _rows(rig: Rig, seconds: float) -> int:
@@ -115,7 +142,7 @@ def _rows(rig: Rig, seconds: float) -> int:
 
 
 def _acceleration(rig: Rig) -> float:
-    return PUSH * (rig["Ps"] - rig["Pr"]) * rig["Aj"] / rig["M"]
+    return PUSH * (rig["Ps"] - rig["Pr"]) * min(rig.areas) / rig["M"]
 
 
 def _waves(seed: np.random.Generator, lines: np.ndarray, sizes: np.ndarray, period: float) -> np.ndarray:

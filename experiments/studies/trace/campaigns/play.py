@@ -69,6 +69,7 @@ def play(
     plant, period, steps = engine.plant, played.period, len(played.reference)
     place, middle = plant.state("x"), p[plant.parameters.index("xmid")]
     x, inputs = begin[0], begin[1].copy()
+    null = inputs[0]  # the loop is trimmed
     turn = next((i for i, variable in enumerate(plant.inputs) if variable.name == "direction"), None)
     for name, value in settings.items():
         inputs[plant.input(name)] = value
@@ -78,7 +79,7 @@ def play(
     for k in range(steps):
         states[k] = x
         error = played.reference[k] - (x[place] + middle + noise[k])
-        written[k] = loop.command(error, played.command[k])
+        written[k] = loop.command(error, null + played.command[k])
         if written[k] * side < 0 and k - driven < loop.pause:
             written[k] = 0.0
         elif written[k]:

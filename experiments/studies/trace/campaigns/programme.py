@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.errors import InputError
 from workbench.records.campaign import FREE_RUN
 from workbench.records.excitation import Excitation
 from workbench.rigs.rig import Rig
@@ -14,6 +13,7 @@ from workbench.rigs.rig import Rig
 from .cycles import cycle_roles, cycles, load_settings
 from .excitation import excitations, loop_gain
 from .play import PositionLoop
+from .second_order import SECOND_ORDER
 
 _QUANTUM = 1 / 32767  # of full command: a drive of 16 bits
 _TURN, _LEAST = 1 / 1500, 0.05  # of full speed: 1 rpm; where firmware stops the motor and shuts the valves
@@ -30,7 +30,7 @@ class Programme:
     settings: constant inputs [SI] of each record. campaign: further keys of campaign.toml. readings: of which a row is
     the mean. start: states that begin elsewhere than at mid stroke, `at_return` those at the return pressure;
     `balanced`: the others begin at an operating point, which a drive whose valves are shut has not. within: an effect
-    that takes a pressure below 0, or the jack beyond its stroke, is too strong.
+    that takes a pressure below 0, or the jack beyond its stroke, is too strong. still: at rest no loop moves the valve.
     """
 
     loop: PositionLoop
@@ -44,19 +44,20 @@ class Programme:
     at_return: tuple[str, ...] = ()
     balanced: bool = True
     within: bool = False
+    still: bool = False
 
 
 def programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> Programme:
-    """The programme of a rig. Raises InputError for a rig that has none."""
-    if rig.name not in _PROGRAMMES:
-        raise InputError(f"--rig {rig.name}: campaigns are drawn on {' and '.join(_PROGRAMMES)}")
-    return _PROGRAMMES[rig.name](rig, seed, sharp, poor)
+    """The programme of a rig."""
+    return (_valve_programme if rig.valve_kind.has_lands else _pump_programme)(rig, seed, sharp, poor)
 
 
 def _valve_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> Programme:
     """Steps, triangles and a multisine by a position loop."""
     loop = PositionLoop(loop_gain(rig, seed), _QUANTUM)
-    return Programme(loop, excitations(rig, seed, sharp, poor), {"records": _ROLES}, resting=1)
+    played = excitations(rig, seed, sharp, poor)
+    by_datasheet = rig.valve == SECOND_ORDER
+    return Programme(loop, played, {"records": _ROLES}, resting=1, within=by_datasheet, still=by_datasheet)
 
 
 def _pump_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: bool) -> Programme:
@@ -75,7 +76,3 @@ def _pump_programme(rig: Rig, seed: np.random.Generator, sharp: float, poor: boo
         balanced=False,
         within=True,
     )
-
-
-_PROGRAMMES = {"jack-10t": _valve_programme, "pump-rig": _pump_programme}
-DRAWN_RIGS = tuple(_PROGRAMMES)

@@ -17,6 +17,7 @@ from .cause import Cause, cause
 from .misfit import Misfit
 from .play import PlayedMotion, play, start
 from .programme import Programme
+from .second_order import SECOND_ORDER, second_order_rig
 
 TOLERANCE = 1e-6  # of the simulation: far below what a fit resolves
 SMALLER, TRIES = 0.8, 8  # where a drawn excitation is too much for the rig
@@ -96,8 +97,10 @@ def fits(rig: Rig, motion: PlayedMotion) -> bool:
 
 @lru_cache(maxsize=4)
 def drawn_rig(name: str, corrector: str) -> Rig:
-    rig = load_rig(name)
-    return rig.with_corrector(corrector) if corrector else rig
+    """A bundled rig by name, or one that is drawn: `second-order-SEED`."""
+    kind, _, seed = name.rpartition("-")
+    rig = second_order_rig(int(seed)) if kind == SECOND_ORDER else load_rig(name)
+    return rig if corrector in ("", rig.corrector) else rig.with_corrector(corrector)
 
 
 @lru_cache(maxsize=4)

@@ -5,7 +5,7 @@ import casadi as ca
 from workbench.plant.effects import EffectState, Scope
 from workbench.plant.effects.lag import FAST, first_order
 
-from .formula import off_library, shape, size
+from .formula import DATASHEET, off_library, shape, size
 
 _FRANKLIN = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998"
 
@@ -37,6 +37,17 @@ def _arctangent(current: ca.SX, s: Scope) -> ca.SX:
     """i = L atan(demand/L), L = limit/w."""
     reached = s["limit"] / (s.p("w") + 1e-9)
     return reached * ca.atan(current / reached)
+
+
+def _one_bends_early(command: ca.SX, s: Scope) -> ca.SX:
+    """u/(1 + w u) where it is above 0, u/(1 - v u) where below."""
+    return command / (1 + s.p("w") * ca.fmax(command, 0) + s.p("v") * ca.fmax(-command, 0))
+
+
+def _arctangent_of_command(command: ca.SX, s: Scope) -> ca.SX:
+    """L atan(u/L), L = 1/w."""
+    reached = 1 / (s.p("w") + 1e-9)
+    return reached * ca.atan(command / reached)
 
 
 def _leaky(demand: ca.SX, s: Scope) -> ca.SX:
@@ -117,6 +128,31 @@ EFFECTS = (
         {"current": _bare_pole},
         (_TAU,),
         (EffectState("i", "A", 0.02),),
+    ),
+    off_library(
+        "drive.lag",
+        "command three poles",
+        "Strejc, Regelungstechnik 7, 1959: equal lags in series",
+        {"command": _three_poles},
+        (size("tau", "s", 3e-4, 7e-3, "time constant of each"),),
+        tuple(EffectState(name, "1", 1.0) for name in ("first", "second", "third")),
+        kinds=DATASHEET,
+    ),
+    off_library(
+        "drive.saturation",
+        "command unequal bends",
+        "a power stage whose halves differ; each by Rapp, 1991, p = 1/2",
+        {"command": _one_bends_early},
+        (size("w", "1", 1.0, 50.0, "over the command tended to upwards"), size("v", "1", 0.4, 50.0, "and downwards")),
+        kinds=DATASHEET,
+    ),
+    off_library(
+        "drive.saturation",
+        "command arctangent",
+        "a smooth saturation: the inverse tangent",
+        {"command": _arctangent_of_command},
+        (size("w", "1", 1.0, 50.0, "over 2/pi of the command that is tended to"),),
+        kinds=DATASHEET,
     ),
     off_library(
         "drive.saturation",

@@ -8,6 +8,8 @@ import casadi as ca
 from workbench.plant.effects import Effect, EffectNumber, EffectState, Scope, known_effects
 
 Law = Callable[[Any, Scope], Any]
+DATASHEET = ("second-order",)
+"""Kinds of valve that are known by a datasheet alone."""
 
 
 def size(name: str, si: str, typical: float, high: float, meaning: str, dry: bool = False) -> EffectNumber:
@@ -28,10 +30,11 @@ def off_library(
     numbers: tuple[EffectNumber, ...],
     states: tuple[EffectState, ...] = (),
     delay: str = "",
+    kinds: tuple[str, ...] = (),
 ) -> Effect:
-    """Another formula of an effect that the library has: same name, equation and family."""
+    """Another formula of an effect that the library has: same name, equation and family; on valves of these `kinds`."""
     kin = next(effect for effect in known_effects() if effect.name == name)
-    own = {"family": kin.family, "delay": delay, "kinds": kin.kinds}
+    own = {"family": kin.family, "delay": delay, "kinds": kinds or kin.kinds}
     return Effect(name, title, kin.equation, source, kin.shows, laws, numbers, states, **own)
 
 

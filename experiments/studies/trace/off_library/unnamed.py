@@ -9,18 +9,6 @@ from .formula import oscillator, shape, size, unnamed
 _Pair = tuple[ca.SX, ca.SX]
 
 
-def _positive(value: ca.SX, width: float) -> ca.SX:
-    """The positive part, rounded over `width`."""
-    return 0.5 * (value + ca.sqrt(value * value + width * width) - width)
-
-
-def _relief(leaks: _Pair, s: Scope) -> _Pair:
-    """k (|dp| - p1) from the side of high pressure to the other, above p1."""
-    drop = s["pa"] - s["pb"]
-    flow = s.p("k") * (_positive(drop - s.p("p1"), 2e5) - _positive(-drop - s.p("p1"), 2e5))
-    return leaks[0] + flow, leaks[1] - flow
-
-
 def _lifted_seal(leaks: _Pair, s: Scope) -> _Pair:
     """C dp^3/p1^2 from A to B: the gap past the piston grows with the pressure across it."""
     drop = s["pa"] - s["pb"]
@@ -99,12 +87,6 @@ _TURN = (EffectState("sine", "1", 1.0), EffectState("cosine", "1", 1.0))
 _SIDE = (EffectState("slow", "1", 1.0), EffectState("band", "1", 1.0))
 
 EFFECTS = (
-    unnamed(
-        "cross-port relief valve",
-        "flow",
-        {"leakage": _relief},
-        (size("k", "m^3/s/Pa", 1e-10, 1e-7, "flow over pressure above it"), shape("p1", "Pa", 4e6, "where it opens")),
-    ),
     unnamed(
         "piston seal that opens",
         "flow",

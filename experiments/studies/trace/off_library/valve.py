@@ -5,7 +5,7 @@ import casadi as ca
 from workbench.plant.effects import EffectState, Scope
 from workbench.plant.orifice import exponential_lap
 
-from .formula import off_library, shape, size, smooth_sign
+from .formula import DATASHEET, off_library, shape, size, smooth_sign
 
 _Pair = tuple[ca.SX, ca.SX]
 _FAST = 8e-5  # s: a hysteresis is dragged along this fast
@@ -59,6 +59,23 @@ def _round_ports(_: _Pair, s: Scope) -> _Pair:
     return _both(z - ca.sign(z) * (inside - inside * inside / (2 * d + 1e-12)), s)
 
 
+def _jumping(command: ca.SX, s: Scope) -> ca.SX:
+    """u + jump u/(|u| + 0.004): a drive that steps over the dead band, the less the less it is asked."""
+    return command + s.p("jump") * command / (ca.fabs(command) + 4e-3)
+
+
+def _rounded_rate(asked: ca.SX, s: Scope) -> ca.SX:
+    """vd/(1 + (vd T/zmax)^2)^(1/2): a pilot whose flow tends to its end."""
+    ratio = asked * s.p("T") / s["travel"]
+    return asked / ca.sqrt(1 + ratio * ratio)
+
+
+def _rate_of_the_opening_side(asked: ca.SX, s: Scope) -> ca.SX:
+    """As above with 2 T one way: a spring helps the pilot the other way."""
+    ratio = asked * s.p("T") * (1 + ca.tanh(asked / (0.1 * s["travel"]))) / s["travel"]
+    return asked / ca.sqrt(1 + ratio * ratio)
+
+
 def _both(z: ca.SX, s: Scope) -> _Pair:
     return exponential_lap(z, s["lap"]), exponential_lap(-z, s["lap"])
 
@@ -76,30 +93,35 @@ def _one_edge(flows: _Pair, s: Scope) -> _Pair:
     return into_a + s.p("a") * ca.fmax(into_a, 0), out_of_b
 
 
-def _stick(name: str, force: float, speed: float, bristle: float) -> tuple:
-    coulomb = size("Fc", "N", force, 100 * force, "Coulomb friction", dry=True)
+def _stick(name: str, force: float, speed: float, bristle: float, unit: str = "N", title: str = "") -> tuple:
+    coulomb = size("Fc", unit, force, 100 * force if unit == "N" else 0.3, "Coulomb friction", dry=True)
+    slot = _SLOTS[title + name]
     return (
         off_library(
             name,
-            "saturated line",
+            f"{title}saturated line",
             "Karnopp, J. Dynamic Systems, Measurement and Control 107(1), 1985",
-            {_SLOTS[name]: _line},
+            {slot: _line},
             (coulomb, shape("v0", "m/s", speed, "half the band about standstill")),
         ),
         off_library(
             name,
-            "dahl",
+            f"{title}dahl",
             "Dahl, A Solid Friction Model, Aerospace Corporation TOR-158(3107-18), 1968",
-            {_SLOTS[name]: _dahl},
+            {slot: _dahl},
             (coulomb, shape("d", "m", bristle, "travel in which it turns")),
             (EffectState("z", "1", 1.0),),
         ),
     )
 
 
-_SLOTS = {"main.stiction": "main_friction", "jack.friction": "friction"}
+_SLOTS = {
+    "main.stiction": "main_friction",
+    "jack.friction": "friction",
+    "relative main.stiction": "spool_friction",
+}
 _CURRENT = EffectState("w", "A", 0.02)
-_OVERLAP = size("overlap", "1", 0.01, 0.3, "over full travel")
+_OVERLAP = size("overlap", "1", 0.01, 0.6, "over full travel")
 _GAIN = size("a", "1", 0.1, 0.6, "gain more on one side")
 
 EFFECTS = (
@@ -119,7 +141,42 @@ EFFECTS = (
         (size("r", "A", 3e-4, 5e-3, "half the width of the loop"), shape("width", "A", 6e-4, "where it turns")),
         (_CURRENT, EffectState("z", "1", 1.0)),
     ),
+    off_library(
+        "pilot.hysteresis",
+        "magnet generalised play",
+        "Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996, sec. 2.3",
+        {"magnet": _generalised_play},
+        (size("up", "1", 0.02, 0.25, "upper edge"), size("down", "1", 0.013, 0.25, "lower edge")),
+        (EffectState("w", "1", 1.0),),
+    ),
+    off_library(
+        "pilot.hysteresis",
+        "magnet dahl squared",
+        "Dahl, AIAA Journal 14(12), 1976: exponent 2",
+        {"magnet": _dahl_loop},
+        (size("r", "1", 0.02, 0.25, "half the width of the loop"), shape("width", "1", 0.04, "where it turns")),
+        (EffectState("w", "1", 1.0), EffectState("z", "1", 1.0)),
+    ),
     *_stick("main.stiction", 20.0, 2e-3, 4e-6),
+    *_stick("main.stiction", 0.02, 2e-3, 4e-6, "1", "relative "),
+    *(
+        off_library(
+            "main.rate",
+            title,
+            "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 7: pilot flow, here without a corner",
+            {"spool_speed": law},
+            (size("T", "s", 0.025, 1.0, "time of full travel at most"),),
+        )
+        for title, law in (("rounded", _rounded_rate), ("rounded, unequal", _rate_of_the_opening_side))
+    ),
+    off_library(
+        "main.deadband",
+        "cubic, with jump",
+        "a smooth dead zone behind a drive that steps over it",
+        {"command": _jumping, "main_openings": _cubic},
+        (_OVERLAP, size("jump", "1", 0.006, 0.3, "what the drive adds to its command")),
+        kinds=DATASHEET,
+    ),
     *_stick("jack.friction", 500.0, 4e-3, 8e-5),
     off_library(
         "main.deadband",
