@@ -103,7 +103,11 @@ def test_a_plan_has_its_shares_and_the_motor_where_that_is_in_question(rig):
     assert plan == default_plan(100, 5, "pump-rig") != default_plan(100, 6, "pump-rig")
 
 
-OWN = [cause for cause in (*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES) if not applies(cause.effect, load_rig("jack-10t"))]
+OWN = [
+    cause
+    for cause in (*OTHER_FORMULA_CAUSES, *UNNAMED_CAUSES)
+    if applies(cause.effect, load_rig("pump-rig")) and not applies(cause.effect, load_rig("jack-10t"))
+]
 
 
 def travelled(rig, also):

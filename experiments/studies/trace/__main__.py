@@ -30,6 +30,9 @@ def options(parser: argparse.ArgumentParser) -> None:
         help="the one kind of campaigns to draw: clean, single, pair, number, off, neighbours, platforms, joints",
     )
     parser.add_argument("--several", action="store_true", help="trace with --several")
+    parser.add_argument(
+        "--names", action="store_true", help="learn no shapes, which take most of the time and change no name"
+    )
     works(parser)
     parser.add_argument("--keep", type=Path, metavar="DIR", help="folder for the drawn campaigns")
     computes(parser, _trace_study, rig=False)
@@ -44,6 +47,8 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
         raise InputError(f"--rig {options.rig}: campaigns are drawn on {' or '.join(_RIGS)}")
     if options.several and options.kind == _JOINTS:
         raise InputError("--several is for effects in legs; of joints and payload up to three are always looked for")
+    if options.names and options.kind in (_PLATFORMS, _JOINTS):
+        raise InputError("--names is for campaigns of one jack; leave it out")
     if options.campaigns and options.kind:
         raise InputError("--kind is for campaigns that are drawn; leave out --kind or --campaigns")
     folder = options.campaigns and options.campaigns.resolve()  # workers have working folders of their own
@@ -68,9 +73,11 @@ def _trace_study(options: argparse.Namespace, words: list[str]) -> None:
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     name = f"trace-study-{folder.name}" if folder else "trace-study"
-    tracer = partial(trace, several=True) if options.several else trace
+    asked = {**({"several": True} if options.several else {}), **({"learns": False} if options.names else {})}
+    tracer = partial(trace, **asked) if asked else trace
     study = partial(run_trace_study, plan, tracer, jobs=jobs(options), keep=keep)
     command = {"command": "trace-study", "items": identity(plan), "several": options.several}
+    command |= {"names": True} if options.names else {}
     finish(options, words, name, command, study)
 
 

@@ -143,13 +143,18 @@ def trace_answer(
     return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))
 
 
-def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False) -> dict[str, Any]:
-    """The answer about a campaign folder without effects called `removed`: trace.json, and the fitted base numbers."""
+def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False, learns: bool = True) -> dict[str, Any]:
+    """The answer about a campaign folder without effects called `removed`: trace.json, and the fitted base numbers.
+
+    `learns`: see trace_campaign.
+    """
     campaign = load_campaign(folder)
     rig = load_rig(campaign.rig, corrector=campaign.corrector)
     with one_blas_thread():
         library = effects_for(rig, without=removed)
-        result = trace(estimation_problem(campaign, rig), library, no_checkpoint, lambda _: None, several)
+        result = trace(
+            estimation_problem(campaign, rig), library, no_checkpoint, lambda _: None, several, learns=learns
+        )
         whole = trace_json(result) | more_json(result)
     return json.loads(metrics_json(whole))
 
