@@ -311,6 +311,7 @@ def test_a_bench_of_one_s_own_has_the_automatic_controller_that_the_shipped_one_
 def judged(name, steps, met=True):
     """A row of the envelope: worst settling [s] by step."""
     goal = {"name": "Ms on every plant", "value": 2.0, "limit": 2.5, "miss": 0.0 if met else 0.1, "where": "bad corner"}
+    goal["metric"] = "ms"
     every = [
         {"scenario": step, "settling_worst_s": took, "overshoot_worst_percent": 1.0} for step, took in steps.items()
     ]

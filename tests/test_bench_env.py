@@ -137,12 +137,12 @@ def test_it_charges_what_a_bench_counts(path):
         target = y[0] + scenario.size * (-1 if task.plants.position[core.plant[lane]] > 0 else 1)
         band = settling_band(task.plants.rig, "position", scenario.size)
         error = np.abs(y - target)[1:][t[1:] >= (scenario.arrives or 0.0) - 1e-9]
-        cost = weights["iae"] * error.sum() * 1e-3 / (scenario.size or band) + weights["robustness"] * travel[lane]
+        cost = weights["iae"] * error.sum() * 1e-3 / (scenario.size or band) + weights["ms"] * travel[lane]
         if scenario.size:
             assert infos["settling"][lane] == settling_time(t, y, target, band)
             assert infos["overshoot"][lane] == pytest.approx(overshoot(y, y[0], target), abs=1e-9)
-            cost += weights["overshoot"] * infos["overshoot"][lane]
-            cost += weights["settling"] * 1e-3 * np.sum(error > band)
+            cost += weights["overshoot_percent"] * infos["overshoot"][lane]
+            cost += weights["settling_s"] * 1e-3 * np.sum(error > band)
             assert infos["is_success"][lane]
         assert total[lane] == pytest.approx(-cost, rel=1e-9)
     assert len(set(core.scenario)) == 2
@@ -163,7 +163,12 @@ def test_a_trip_costs_more_than_an_episode(path):
 
 def test_its_docstring_says_the_weights_of_the_shipped_experiment():
     config, text = load_train(Path(__file__).parents[1] / "experiments" / "train_p_dp.toml"), JackBench.__doc__ or ""
-    weights = {"settling": "{:g}/s time", "overshoot": "{:g}/% over", "iae": "{:g}/s IAE", "robustness": "{:g} travel"}
+    weights = {
+        "settling_s": "{:g}/s time",
+        "overshoot_percent": "{:g}/% over",
+        "iae": "{:g}/s IAE",
+        "ms": "{:g} travel",
+    }
     for key, words in weights.items():
         assert words.format(config.weights[key]) in text
     assert f"`overshoot_percent` ({config.limits.overshoot_percent:g} %)" in text

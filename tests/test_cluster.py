@@ -120,7 +120,7 @@ scenarios = ["position-1mm"]
 designs = 3
 seed = 3
 [weights]
-settling = 10
+settling_s = 10
 """
     + P_DP.replace('gain = "3 1/m"', 'gain = {value = 2, low = 0.5, high = 20, unit = "1/m", log = true}')
     + BODE.replace("percent = [50]", "mm = [1]"),
@@ -133,7 +133,7 @@ designs = 3
 seed = 3
 seeds = [1, 2]
 [weights]
-settling = 10
+settling_s = 10
 """
     + P_DP
     + """

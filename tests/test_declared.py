@@ -91,15 +91,26 @@ def test_an_option_is_held_to_its_bounds_before_anything_is_read(words, says, ca
 def test_names_of_before_are_read_with_a_line_that_says_todays(tmp_path, capsys):
     text = (EXPERIMENTS / "tune_p.toml").read_text()
     (tmp_path / "now.toml").write_text(text)
-    (tmp_path / "before.toml").write_text(text.replace("[within]", "[draw]").replace("designs =", "trials ="))
+    before = {
+        "[within]": "[draw]",
+        "designs =": "trials =",
+        "settling_s =": "settling =",
+        "ms = 0.1": "robustness = 0.1",
+    }
+    for today, then in before.items():
+        text = text.replace(today, then)
+    (tmp_path / "before.toml").write_text(text)
     now = load_tune(tmp_path / "now.toml")
     assert not capsys.readouterr().err
     before = load_tune(tmp_path / "before.toml")
     assert (before.factors, before.designs, before.source) == (now.factors, now.designs, now.source)
+    assert before.weights == now.weights
     lines = capsys.readouterr().err.splitlines()
     assert [line.partition("before.toml: line ")[2].partition(": ")[2].partition(";")[0] for line in lines] == [
         "trials: is called designs now",
         "draw: is called within now",
+        "weights.settling: is called settling_s now",
+        "weights.robustness: is called ms now",
     ]
 
 

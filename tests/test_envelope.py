@@ -14,6 +14,7 @@ from workbench.loop import step_metrics
 from workbench.loop.envelope import LinearWorst, command_noise, envelope, steps
 from workbench.loop.hard_goals import hardest, linear_goals, motion_goals
 from workbench.loop.margins import linear_loop
+from workbench.loop.metrics import METRICS
 from workbench.loop.rig_variations import variation, with_delay
 from workbench.loop.rows import MOVING, loop_setup, play
 from workbench.loop.sampled_loop import SampledLoop
@@ -225,6 +226,18 @@ def test_goals_say_by_how_much_and_where(space):
     over = tight["position-10mm: overshoot [%]"]
     assert over.miss > 0
     assert over.value == pytest.approx(0.2 * (1 + over.miss))
+
+
+def test_which_way_a_limit_holds_is_the_metric_s(space, monkeypatch):
+    few, law = space.with_drawn([]), TUNED["p-dp"].build(1e-3)
+
+    def missed():
+        return {goal.metric for goal in linear_goals(few, law, Limits()) if goal.miss}
+
+    assert not missed()
+    for key, way in (("ms", "more"), ("gain_margin_db", "less")):
+        monkeypatch.setitem(METRICS, key, replace(METRICS[key], better=way))
+    assert missed() == {"ms", "gain_margin_db"}
 
 
 def test_points_of_a_schedule_hold_beyond_its_ends():

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from workbench.base.signals import SIGNALS
 from workbench.commands.common.metric_table import MetricView
 from workbench.loop import step_metrics as metrics
 from workbench.loop.metrics import METRICS, metric
+from workbench.loop.scenarios import Limits
+from workbench.loop.tuning.problem import USUAL_WEIGHTS, weight_unit
 
 ROOT = Path(__file__).parents[1]
 CONTRACT = ROOT.parent / "shared" / "contract.md"
@@ -167,6 +170,14 @@ def test_a_metric_is_shown_in_the_unit_of_the_signal_to_what_the_sensor_resolves
     assert list(table.columns) == ["scenario", "settling [s]", "overshoot [%]", "IAE [kN s]", "peak deviation [kN]"]
     assert [str(cell) for cell in table.rows[0]] == ["a", "0.123", "1.23", "2.346", "1.23"]
     assert table.best == {"settling [s]": "min"}
+
+
+def test_what_a_search_limits_and_adds_up_is_named_by_metrics():
+    limited = {entry.name for entry in fields(Limits)} - {"seconds", "moves"}
+    assert {key: of.better for key in limited if (of := metric(key))}.keys() == limited
+    assert all(METRICS[key].better == "less" for key in USUAL_WEIGHTS)  # a cost is made small
+    units = {"settling_s": "1/s", "iae": "1/s", "overshoot_percent": "1/%", "ms": "1"}
+    assert {key: weight_unit(key) for key in USUAL_WEIGHTS} == units
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ scenarios = ["position-1mm"]
 designs = 5
 seed = 3
 [weights]
-settling = 10
-robustness = 0.2
+settling_s = 10
+ms = 0.2
 [controllers.p-dp]
 use = "controllers.p:P"
 gain = {value = 2, low = 0.5, high = 20, unit = "1/m", log = true}
@@ -195,8 +195,8 @@ def test_where_no_design_meets_the_goals_the_verdict_says_which_and_there_is_no_
         ('["nominal", "mass-50"]', '["mass-50"]', 'rigs: must be a list of different names, "nominal" first'),
         ("designs = 5", "designs = 0", "designs = 0: must be a whole number, 1 or more"),
         ("seed = 3", "seed = 0.5", "seed = 0.5: must be a whole number, 0 or more"),
-        ("settling = 10", "setling = 10", 'weights.setling: unknown key; did you mean "settling"?'),
-        ("settling = 10", "settling = -1", "settling = -1: must be a positive number, in 1/s"),
+        ("settling_s = 10", "setling_s = 10", 'weights.setling_s: unknown key; did you mean "settling_s"?'),
+        ("settling_s = 10", "settling_s = -1", "settling_s = -1: must be a positive number, in 1/s"),
         ("low = 0.5, high = 20", "low = 0.5, high = 5000", "gain: 5000 1/m is outside 0.001 to 1000 1/m"),
         ("low = 0.5, high = 20", "low = 20, high = 0.5", "gain: low must be below high, and above 0 for log"),
         ("value = 2,", "value = 30,", "gain: value 30 must be from low to high"),

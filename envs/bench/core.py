@@ -80,7 +80,7 @@ class LaneScores:
     """Settling [s], overshoot [%] and IAE [s] so far of lanes in scenarios, of the true position, as `tune` has them.
 
     A lane's rewards add up to -(time outside the band x the weight of settling + overshoot x its weight + IAE x its
-    weight + travel x the weight of robustness), the first two of steps only. The time outside the band is the settling
+    weight + travel x the weight of ms), the first two of steps only. The time outside the band is the settling
     time where the position does not leave it again, else less: an excursion late in a noisy exploration would cost as
     much as never to arrive. An overshoot is charged for what it is larger than the one before. IAE is over the step's
     size, or the band where a load comes. The travel is the sum of the magnitudes of the command's changes [1], in which
@@ -89,7 +89,7 @@ class LaneScores:
 
     def __init__(self, rig: Rig, weights: Mapping[str, float], lanes: int) -> None:
         self._rig, self._period = rig, rig.period.value
-        self._weights = tuple(weights.get(key, 0.0) for key in ("settling", "overshoot", "iae", "robustness"))
+        self._weights = tuple(weights.get(key, 0.0) for key in ("settling_s", "overshoot_percent", "iae", "ms"))
         self.settling, self.overshoot = np.zeros(lanes), np.zeros(lanes)
         self._start, self._way, self._size = np.zeros(lanes), np.ones(lanes), np.zeros(lanes)
         self._band, self._scale, self._arrives = np.ones(lanes), np.ones(lanes), np.zeros(lanes)

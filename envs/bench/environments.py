@@ -35,7 +35,7 @@ class JackBench(OneJack[BenchCore]):
 
     ## Reward
     The rewards of an episode add up to -(60/s time outside the band + 0.02/% overshoot + 0.1/s IAE + 0.1 travel), less
-    100 if it trips. The weights are the experiment's; that of `robustness` is of the travel, the sum of the magnitudes
+    100 if it trips. The weights are the experiment's; that of `ms` is of the travel, the sum of the magnitudes
     of the changes of the command: noise and ringing show in it, on plants as wide as the envelope and under load, but
     no single run shows Ms. Time outside the band and overshoot count in steps only. The band is 2 % of the step, and no
     less than three standard deviations of the sensor's noise; IAE is over the step's size, or over the band of a load.

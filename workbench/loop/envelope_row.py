@@ -15,6 +15,7 @@ from ..control.protocol import Controller, NoLinearView
 from ..rigs.rig import Rig
 from .envelope import Envelope, EnvelopeSteps, envelope, steps
 from .hard_goals import Goal, linear_goals, motion_goals
+from .metrics import METRICS
 from .rig_variations import with_delay
 from .scenarios import Limits, Scenario
 
@@ -227,7 +228,7 @@ def _weakest(row: EnvelopeRow) -> str:
 
     def share(goal: Mapping[str, Any]) -> float:
         ratio = goal["value"] / goal["limit"]
-        return 1 / ratio if goal["name"].startswith("gain margin") else ratio
+        return 1 / ratio if METRICS[goal["metric"]].better == "more" else ratio
 
     goal = max((goal for goal in row["goals"] if goal["limit"] and goal["value"]), key=share)
     return f"{goal['name']}, {goal['value']:.3g} with a limit of {goal['limit']:g}, on {goal['where']}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..control.protocol import Controller, graph_law
 from .envelope import Envelope, LinearWorst, command_noise, steps
+from .metrics import METRICS
 from .plant_lanes import PlantLanes
 from .scenarios import Limits, Scenario
 from .sensors import settling_band
@@ -21,7 +22,7 @@ _CHUNK = 200  # plants linearised at a time: their responses take half a megabyt
 class Goal:
     """A goal: its `value` and the `limit`, None for one that is met or not; the plant on which it is worst.
 
-    miss: how far it is missed, 0 where it is met.
+    miss: how far it is missed, 0 where it is met. metric: the key of what is limited, "" where nothing is.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Goal:
     limit: float | None
     where: str
     miss: float
+    metric: str = ""
 
 
 def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> Iterator[Goal]:
@@ -40,11 +42,10 @@ def linear_goals(envelope: Envelope, controller: Controller, limits: Limits) -> 
     unstable = [each.plant for each in every if each.growth]
     yield Goal("stable on every plant", None, None, unstable[0] if unstable else "", growth * 1e3)
     at_nominal = LinearWorst.of(nominal, [each.some(envelope.nominal) for each in margins])
-    ms, db = limits.ms_nominal, limits.gain_margin_db
-    yield _at_most("Ms on the nominal rig", at_nominal.ms, ms, at_nominal.plant)
-    yield _at_least("gain margin on the nominal rig [dB]", at_nominal.gain_margin_db, db, at_nominal.plant)
+    for key, limit in (("ms", limits.ms_nominal), ("gain_margin_db", limits.gain_margin_db)):
+        yield _limited(key, "{} on the nominal rig", getattr(at_nominal, key), limit, at_nominal.plant)
     worst = max(every, key=lambda each: np.nan_to_num(each.ms, nan=np.inf))  # the unstable one, where there is one
-    yield _at_most("Ms on every plant", worst.ms, limits.ms, worst.plant)
+    yield _limited("ms", "{} on every plant", worst.ms, limits.ms, worst.plant)
 
 
 def motion_goals(
@@ -54,42 +55,38 @@ def motion_goals(
     little left of a load; stability and Ms of a controller that stands with what it has measured in them."""
     lanes = envelope.played(controller)
     noise = command_noise(lanes, controller, scenarios[0].signal)
-    yield _largest("noise of the command", noise, limits.command_noise, lanes)
+    yield _worst("command_rms", "{}", noise, limits.command_rms, lanes)
     for scenario in scenarios:
-        calm = steps(lanes, controller, scenario, None, limits.seconds, limits.moves)
+        calm, own = steps(lanes, controller, scenario, None, limits.seconds, limits.moves), f"{scenario.name}: {{}}"
         for what, lost in (("trips", calm.tripped), ("hunts", calm.hunting)):
             where = lanes.names[int(np.argmax(lost))] if lost.any() else ""
             yield Goal(f"{scenario.name}: nowhere {what}", None, None, where, float(lost.sum()))
         if scenario.size and np.isfinite(limits.overshoot_percent):
-            name = f"{scenario.name}: overshoot [%]"
-            yield _largest(name, calm.overshoot, limits.overshoot_percent, lanes)
+            yield _worst("overshoot_percent", own, calm.overshoot, limits.overshoot_percent, lanes)
         if scenario.load and not scenario.size and np.isfinite(limits.load_left):
             nominal, band = envelope.are_nominal(lanes.names), settling_band(lanes.rig, scenario.signal, 0.0)
-            name, own = f"{scenario.name}: left of the band", lanes.some(np.flatnonzero(nominal).tolist())
-            yield _largest(name, calm.left[nominal] / band, limits.load_left, own)
+            some = lanes.some(np.flatnonzero(nominal).tolist())
+            yield _worst("load_left", own, calm.left[nominal] / band, limits.load_left, some)
         if calm.remembered is not None and scenario.moves_alone:
             held = LinearWorst.of(lanes, lanes.margins(controller, calm.remembered))
             where = held.plant if held.growth else ""
             yield Goal(f"{scenario.name}: stable with what it has measured", None, None, where, held.growth * 1e3)
-            yield _at_most(f"{scenario.name}: Ms with what it has measured", held.ms, limits.ms, held.plant)
+            yield _limited("ms", f"{own} with what it has measured", held.ms, limits.ms, held.plant)
 
 
-def _largest(name: str, values: np.ndarray, limit: float, lanes: PlantLanes) -> Goal:
-    worst = int(np.argmax(values))  # of a NaN, where there is one
-    return _at_most(name, float(values[worst]), limit, lanes.names[worst])
+def _worst(key: str, name: str, values: np.ndarray, limit: float, lanes: PlantLanes) -> Goal:
+    """The goal of a metric on many lanes, where it is worst."""
+    worst = METRICS[key].worst(values)
+    return _limited(key, name, float(values[worst]), limit, lanes.names[worst])
 
 
-def _at_most(name: str, value: float, limit: float, where: str) -> Goal:
-    return Goal(name, value, limit, where, _miss(value / limit - 1))
-
-
-def _at_least(name: str, value: float, limit: float, where: str) -> Goal:
-    return Goal(name, value, limit, where, _miss(1 - value / limit))
-
-
-def _miss(beyond: float) -> float:
-    """How far a number is beyond its limit; a number that does not exist misses by more than any other."""
-    return _NO_NUMBER if np.isnan(beyond) else max(0.0, beyond)
+def _limited(key: str, name: str, value: float, limit: float, where: str) -> Goal:
+    """The goal of a metric, in whose `name` {} stands for the metric's. A number that does not exist misses by more
+    than any other."""
+    of = METRICS[key]
+    miss = _NO_NUMBER if np.isnan(value) else max(0.0, of.beyond(value, limit) / limit)
+    unit = f" [{of.unit}]" if of.unit != "1" else ""
+    return Goal(f"{name.format(of.name)}{unit}", value, limit, where, miss, key)
 
 
 def hardest(

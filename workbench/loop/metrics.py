@@ -1,6 +1,7 @@
 """Every metric, declared once: key, name, unit, which way is better, meaning, resolution, and how a run gives it.
 
-Rows of metrics.json, tables of reports, `compare` and the reference page read METRICS: a new metric is one line here.
+Rows of metrics.json, tables of reports, `compare`, limits and costs of searches and the reference page read METRICS: a
+new metric is one line here.
 """
 
 from collections.abc import Callable, Collection
@@ -150,6 +151,19 @@ class Metric:
             return self.unit, 1.0
         return self.shown, float(from_si(1.0, self.shown.partition(" of ")[0], self.unit))
 
+    def worst(self, values: np.ndarray) -> int:
+        """The place of the worst of many values [n], of a NaN where there is one."""
+        return int(np.argmin(values) if self.better == "more" else np.argmax(values))
+
+    def beyond(self, value: float, limit: float) -> float:
+        """By how much a value is worse than a limit; 0 or less where it keeps it."""
+        return limit - value if self.better == "more" else value - limit
+
+    def limit_words(self, limit: float, missed: bool = False) -> str:
+        """A limit, "gain margin at least 6 dB", or that it is `missed`, "gain margin below 6 dB"."""
+        words = ("at least", "below") if self.better == "more" else ("at most", "above")
+        return f"{self.name} {words[missed]} {limit:g} {self.unit.removeprefix('1')}".rstrip()
+
     def head(self, signal: Signal) -> str:
         """The head of a column or axis, "settling [s]"."""
         unit = self.read_in(signal)[0]
@@ -214,8 +228,9 @@ METRICS = {each.key: each for each in (
     Metric("energy_j", "energy", "J", "less", "that the main lands of all jacks draw; of a bench, beyond that at rest"),
     Metric("dynamic_stiffness", "stiffness", "N/m", "more", "disturbance force over position, linear, at null",
            shown="kN/mm"),
-    Metric("command_rms", "command noise", "1", "less", "RMS of the command at rest, from the noise of the sensors",
-           shown="%"),
+    Metric("command_rms", "noise of the command", "1", "less",
+           "RMS of the command at rest, from the noise of the sensors", shown="%"),
+    Metric("load_left", "left of the band", "1", "less", "mean error 0.2 to 0.3 s after a load came, over the band"),
     Metric("solve_us", "compute", "us", "less", "CPU time of the controller in a sample"),
     Metric("cross_percent", "other axes", "%", "less", "how far the other axes go, in percent of the step, angles "
            "times the radius of the joints"),

@@ -76,8 +76,8 @@ def tune(
 
     over: low and high of each searched number, SI or text with a unit: "gain", and "pressure-feedback.gain" of a
     compensator. rigs: names of the set, nominal first (see RIG_SET). scenarios: names or Scenarios, a step of 10 mm or
-    20 kN where none are given. weights: of settling [1/s], IAE over the step [1/s], overshoot [1/%] and Ms [1] in the
-    cost. seed: of the search, and of the sensors' noise. jobs: worker processes.
+    20 kN where none are given. weights: in the cost, of settling_s [1/s], iae, over the step [1/s], overshoot_percent
+    [1/%] and ms [1]. seed: of the search, and of the sensors' noise. jobs: worker processes.
 
     The hard goals are those of `jackbench tune`. Raises InputError for an unknown number, a range that the controller
     may not have, and where no design meets every goal.

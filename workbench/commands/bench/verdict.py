@@ -77,7 +77,7 @@ def _table(loop: BenchLoop, rows: Sequence[EnvelopeRow], metrics: Metrics) -> Ta
 
 def _line(loop: BenchLoop, row: EnvelopeRow, timing: Mapping[str, float]) -> dict[str, Any]:
     unit = loop.signal.unit
-    noise = next(goal["value"] for goal in row["goals"] if goal["name"] == "noise of the command")
+    noise = next(goal["value"] for goal in row["goals"] if goal["metric"] == "command_rms")
     rigs = envelope_rigs(loop.rigs)
     nominal, stiffnesses = next(iter(rigs.values())), {rig.specimen_stiffness for rig in rigs.values()}
     line = {

@@ -18,6 +18,10 @@ RENAMED = {
     "over": "designed_on",
     "scenario.*.duration": "seconds",
     "record.duration": "seconds",
+    "weights.settling": "settling_s",
+    "weights.overshoot": "overshoot_percent",
+    "weights.robustness": "ms",
+    "goals.command_noise": "command_rms",
 }
 """Keys that had another name up to 0.2, by their path; "*" is any name. This version still reads them."""
 
@@ -35,7 +39,7 @@ def read_experiment(path: Path) -> ConfigTable:
 def _renamed(top: ConfigTable) -> ConfigTable:
     """The document under today's names. Raises InputError for a key that is there under both."""
     old: list[KeyPath] = []
-    values = _with_names(top.values, (), old)
+    values = with_names(top.values, (), old)
     if not old:
         return top
     lines = top.place.lines()
@@ -48,14 +52,14 @@ def _renamed(top: ConfigTable) -> ConfigTable:
     return ConfigTable(values, TableLocation(top.place.document, (), lambda: now))
 
 
-def _with_names(values: Mapping[str, Any], path: KeyPath, old: list[KeyPath]) -> dict[str, Any]:
-    """A table under today's names; the paths of keys that had another one join the `old`."""
+def with_names(values: Mapping[str, Any], path: KeyPath, old: list[KeyPath]) -> dict[str, Any]:
+    """A table of an experiment, there under `path`, under today's names; paths of keys with another join the `old`."""
     renamed = {}
     for key, entry in values.items():
         own = (*path, key)
         name = str(_name(own))
         old += [own] if name != key else []
-        renamed[name] = _with_names(entry, own, old) if isinstance(entry, Mapping) else entry
+        renamed[name] = with_names(entry, own, old) if isinstance(entry, Mapping) else entry
     return renamed
 
 

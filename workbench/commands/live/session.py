@@ -12,6 +12,7 @@ import numpy as np
 from ...base.errors import InputError, echo
 from ...base.units import from_si, to_si
 from ...control.controller_spec import ControllerSpec
+from ...loop.metrics import METRICS
 from ...loop.plant_lanes import PlantLanes
 from ...loop.rows import moving_at
 from ...loop.scenarios import Scenario
@@ -168,9 +169,10 @@ class Session:
 def _notes(config: LiveConfig) -> list[str]:
     """What the numbers of the table are of."""
     limits, signal = config.limits, config.steps.signal
-    goals = f"Goals: Ms at most {limits.ms_nominal:g} on the first rig and {limits.ms:g} on the others, gain margin at "
-    goals += f"least {limits.gain_margin_db:g} dB on the first, no trip, no hunting"
-    goals += f", overshoot at most {limits.overshoot_percent:g} %." if np.isfinite(limits.overshoot_percent) else "."
+    ms, margin, overshoot = (METRICS[key].limit_words for key in ("ms", "gain_margin_db", "overshoot_percent"))
+    goals = f"Goals: {ms(limits.ms_nominal)} on the first rig and {limits.ms:g} on the others, "
+    goals += f"{margin(limits.gain_margin_db)} on the first, no trip, no hunting"
+    goals += f", {overshoot(limits.overshoot_percent)}." if np.isfinite(limits.overshoot_percent) else "."
     margins = f"Margins: the worse of null and {moving_at(signal, config.steps.rig.passing_speed)}."
     return [goals, margins, judged_words(config.steps.conditions, config.steps.rig)]
 

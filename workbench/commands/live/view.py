@@ -16,11 +16,13 @@ from ...loop.batch import play_lanes
 from ...loop.compiled_loop import compiled_law
 from ...loop.guard_numbers import trip_reason
 from ...loop.margins import LaneMargins
+from ...loop.metrics import METRICS
 from ...loop.plant_lanes import PlantLanes
 from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
 from ...loop.scenarios import Limits, Scenario
 from ...loop.sensors import Sensors, settling_band
 from ...rigs.rig import Rig
+from ..common.metric_table import MetricView
 
 _NOWHERE = "no operating point"
 WATCHED = 1.0  # s: of a scenario, after all there is to it has come
@@ -229,17 +231,18 @@ def _linear_misses(lane: int, linear: LinearPart, limits: Limits) -> Iterator[Mi
     if not linear.stable[lane]:
         yield Miss(lane, "stable", "unstable")
         return
-    most = limits.ms if lane else limits.ms_nominal
-    if linear.ms[lane] > most:
-        yield Miss(lane, "ms", f"Ms above {most:g}", f"{linear.ms[lane]:.3g}")
-    margin = linear.gain_margin_db[lane]
-    if not lane and margin < limits.gain_margin_db:
-        yield Miss(lane, "gain_margin_db", f"gain margin below {limits.gain_margin_db:g} dB", f"{margin:.3g} dB")
+    yield from _beyond(lane, "ms", linear.ms[lane], limits.ms if lane else limits.ms_nominal)
+    if not lane:
+        yield from _beyond(lane, "gain_margin_db", linear.gain_margin_db[lane], limits.gain_margin_db)
 
 
 def _step_misses(lane: int, steps: StepPart, limits: Limits) -> Iterator[Miss]:
     if why := steps.tripped[lane]:
         yield Miss(lane, "settling_s", f"trips, {why}")
-    overshoot = steps.overshoot[lane]
-    if overshoot is not None and overshoot > limits.overshoot_percent:
-        yield Miss(lane, "overshoot_percent", f"overshoot above {limits.overshoot_percent:g} %", f"{overshoot:.3g} %")
+    yield from _beyond(lane, "overshoot_percent", steps.overshoot[lane], limits.overshoot_percent)
+
+
+def _beyond(lane: int, key: str, value: float | None, limit: float) -> Iterator[Miss]:
+    of = METRICS[key]
+    if value is not None and of.beyond(value, limit) > 0:
+        yield Miss(lane, key, of.limit_words(limit, missed=True), MetricView().text(value, key))

@@ -9,18 +9,18 @@ from typing import Any
 from ...base.table import ConfigTable, TableLocation
 from ...loop.rig_variations import Factors
 from ...loop.scenarios import POSITIONS, Limits
-from ...loop.tuning.problem import Searched, TuneProblem
+from ...loop.tuning.problem import USUAL_WEIGHTS, Searched, TuneProblem, weight_unit
 from ...rigs.rig import Rig
 from ..common.declared import MANY, Experiment, ExperimentFile, count, declared, meanings, part, takes_experiment
 from ..common.envelope_keys import WITHIN, read_factors, read_limits, read_positions
 from ..common.experiment import asked_rig, rig_name
+from ..common.experiment_file import with_names
 from ..common.rig_sets import RIGS, checked_rig_set
 from ..common.scenario_tables import check_scenarios
 from ..common.step_experiment import StepConfig
 
 _OF_THE_SEARCH = ("rigs", "variation", "weights", "designs", "positions", "within", "goals", "seeds", "network")
 _OF_THE_START = {key: text for key, text in meanings(StepConfig).items() if key != "experiment"}
-WEIGHTS = {"settling": "1/s", "iae": "1/s", "overshoot": "1/%", "robustness": "1"}
 
 
 def _named(at: ExperimentFile) -> str:
@@ -75,7 +75,7 @@ class TuneConfig(Experiment):
     """What is searched, and what for: `start` is the step experiment whose one controller has the start's numbers.
 
     `rig_name` is the rig as it was named, `rigs` are those of the set by name, nominal first; `weights` are those of
-    WEIGHTS, in the units there. `positions`, `factors` and `limits`: see TuneProblem.
+    USUAL_WEIGHTS. `positions`, `factors` and `limits`: see TuneProblem.
     """
 
     KIND = "tune"
@@ -164,8 +164,11 @@ def _range(entry: ConfigTable, path: tuple[str | int, ...]) -> Searched:
 
 
 def read_weights(weights: Mapping[str, Any], place: TableLocation | str) -> dict[str, float]:
-    """The weights of the cost, one or more, each in the unit of WEIGHTS. Raises InputError, opened by `place`."""
-    table = ConfigTable(weights, place, *WEIGHTS)
+    """The weights of the cost by metric, one or more, each in its `weight_unit`; names up to 0.2 are read, too.
+
+    Raises InputError, opened by `place`.
+    """
+    table = ConfigTable(with_names(weights, ("weights",), []), place, *USUAL_WEIGHTS)
     if not len(table):
-        raise table.error(f"missing; give some of {', '.join(f'{k} [{u}]' for k, u in WEIGHTS.items())}")
-    return {key: table.positive(key, WEIGHTS[key]) for key in table}
+        raise table.error(f"missing; give some of {', '.join(f'{key} [{weight_unit(key)}]' for key in USUAL_WEIGHTS)}")
+    return {key: table.positive(key, weight_unit(key)) for key in table}

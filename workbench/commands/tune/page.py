@@ -11,14 +11,14 @@ from ...loop.rows import LinearLoops
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import Scenario
 from ...loop.tuning.goals import Trial
-from ...loop.tuning.problem import TuneProblem
+from ...loop.tuning.problem import TuneProblem, weight_unit
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.fitted_plant import with_fit
 from ..common.judged import judged_words
 from ..common.loop_margins import margins_section
 from ..common.metric_table import MetricView
 from ..common.time_figure import time_figure
-from .options import WEIGHTS, TuneConfig
+from .options import TuneConfig
 
 Runs = Mapping[str, Mapping[str, LoopRun]]  # of the start and the best, by scenario
 
@@ -92,7 +92,7 @@ def numbers_table(problem: TuneProblem, start: Trial, best: Trial) -> Table:
         [n.name, start.values[n.name], best.values[n.name], n.unit, f"{n.low:g} to {n.high:g}"]
         for n in problem.searched
     ]
-    weights = ", ".join(f"{key} {value:g} {WEIGHTS[key]}" for key, value in problem.weights.items())
+    weights = ", ".join(f"{key} {value:g} {weight_unit(key)}" for key, value in problem.weights.items())
     note = (
         "Cost: each number half by the nominal rig's worst, half by that of every plant, averaged over the scenarios, "
         f"times the weights: {weights}. Settling and overshoot of steps; IAE over the step, or over the band of a load."

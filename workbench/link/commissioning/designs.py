@@ -44,11 +44,11 @@ def searched_designs(
         searched=_searched(whole),
         scenarios=(SCENARIOS[goal],),
         rigs={"nominal": rig, **_beside(rig)},
-        weights={**USUAL_WEIGHTS, "settling": 60.0},
+        weights={**USUAL_WEIGHTS, "settling_s": 60.0},
         trials=DESIGNS,
         seed=1,
         conditions=Conditions(),
-        limits=Limits(overshoot_percent=_OVERSHOOT, command_noise=_noise(whole)),
+        limits=Limits(overshoot_percent=_OVERSHOOT, command_rms=_noise(whole)),
     )
     wide = search(problem, within(stage, "wide"), progress, jobs)
     middle = nearest_trial(wide).values
@@ -77,7 +77,7 @@ def _unlike(one: Trial, other: Trial) -> bool:
 def _noise(whole: ControllerSpec) -> float:
     """RMS of the command at rest that is allowed [1]: what always is, and the dither."""
     dither = next((part for part in whole.compensators if part.use.endswith(":Dither")), None)
-    return float(np.hypot(Limits().command_noise, 0.0 if dither is None else dither.design.amplitude / np.sqrt(2)))
+    return float(np.hypot(Limits().command_rms, 0.0 if dither is None else dither.design.amplitude / np.sqrt(2)))
 
 
 def _beside(rig: Rig) -> dict[str, Rig]:

@@ -112,16 +112,16 @@ class Goals:
 
     def _cost(self, envelope: Envelope, controller: Controller, goals: Sequence[Goal]) -> float:
         """Weighted: each number half by the nominal rig's worst, half by that of every plant; mean of scenarios."""
-        ms = max(goal.value for goal in goals if goal.name.startswith("Ms") and goal.value is not None)
+        ms = max(goal.value for goal in goals if goal.metric == "ms" and goal.value is not None)
         numbers = [self._numbers(envelope, controller, scenario) for scenario in self.problem.scenarios]
-        cost = self.problem.weights.get("robustness", 0.0) * ms
+        cost = self.problem.weights.get("ms", 0.0) * ms
         for key, weight in self.problem.weights.items():
             if values := [each[key] for each in numbers if key in each]:
                 cost += weight * float(np.mean(values))
         return cost
 
     def _numbers(self, envelope: Envelope, controller: Controller, scenario: Scenario) -> dict[str, float]:
-        """The numbers of a cost: IAE over the step, or over the settling band of a load [s]; of a step settling [s],
+        """The metrics of a cost: IAE over the step, or over the settling band of a load [s]; of a step settling [s],
         all of the run where it never settles, and overshoot [%]. The IAE of a load is finite where a loop without
         integral action never makes up for it."""
         seconds, moves = self.problem.limits.seconds, self.problem.limits.moves
@@ -131,8 +131,8 @@ class Goals:
         nominal = envelope.are_nominal(noisy.names)
         numbers = {"iae": _worst(noisy.iae / size, nominal)}
         if scenario.size:
-            numbers["settling"] = _worst(np.nan_to_num(noisy.settling, nan=seconds), nominal)
-            numbers["overshoot"] = _worst(noisy.overshoot, nominal)
+            numbers["settling_s"] = _worst(np.nan_to_num(noisy.settling, nan=seconds), nominal)
+            numbers["overshoot_percent"] = _worst(noisy.overshoot, nominal)
         return numbers
 
 

@@ -7,11 +7,13 @@ from typing import Any
 from ...base.units import to_si
 from ...control.controller_spec import ControllerSpec
 from ...rigs.rig import Rig
+from ..metrics import METRICS, SIGNAL
 from ..rig_variations import Conditions
 from ..scenarios import POSITIONS, Limits, Scenario
 
 _DIGITS = 4  # of a searched number: the file that a study leaves has the very numbers that were tried
-USUAL_WEIGHTS = {"settling": 10.0, "iae": 10.0, "overshoot": 0.05, "robustness": 0.2}  # where nobody gives any
+USUAL_WEIGHTS = {"settling_s": 10.0, "iae": 10.0, "overshoot_percent": 0.05, "ms": 0.2}
+"""Of the metrics that a cost adds up, each over its unit (`weight_unit`), where nobody gives any."""
 OF_THE_LOOP = {"stiffness": "N/m"}
 
 
@@ -43,9 +45,10 @@ class Searched:
 
 @dataclass(frozen=True)
 class TuneProblem:
-    """A search: `rigs` are those of the set by name, nominal first; `weights` those of WEIGHTS. `seed` is
-    the sampler's, that of the sensors' noise is in `conditions`. The envelope: those rigs at `positions`, shares of the
-    stroke limit, and plants drawn over `factors` and declared bounds; `limits` are those of the hard goals.
+    """A search: `rigs` are those of the set by name, nominal first; `weights` those of metrics, as USUAL_WEIGHTS.
+
+    `seed` is the sampler's, that of the sensors' noise is in `conditions`. The envelope: those rigs at `positions`,
+    shares of the stroke limit, and plants drawn over `factors` and declared bounds; `limits` of the hard goals.
     """
 
     rig: Rig
@@ -67,6 +70,12 @@ class TuneProblem:
         for number in self.searched:
             controller = with_number(controller, number.path, values[number.name], number.unit)
         return controller
+
+
+def weight_unit(key: str) -> str:
+    """The unit of a metric's weight in a cost, which has none; an IAE counts over its step."""
+    unit = METRICS[key].unit.removeprefix(SIGNAL).strip()
+    return "1" if unit == "1" else f"1/{unit}"
 
 
 def with_number(controller: ControllerSpec, path: tuple[str | int, ...], value: float, unit: str) -> ControllerSpec:
