@@ -5,6 +5,7 @@ import pytest
 
 import workbench as wb
 from workbench.base.errors import InputError
+from workbench.base.rational_function import fit_rational_function
 from workbench.commands.common.experiment import rig_name, rig_of
 from workbench.commands.common.experiment_file import read_experiment
 from workbench.records.rational_fit import FitOrder, fit_rational
@@ -53,6 +54,38 @@ def test_order_delay_and_poles_are_found(name, noise):
     clean = response(SYSTEMS[name])
     assert np.abs(fit.fitted / clean - 1).max() < (0.03 if noise else 1e-6)
     assert fit.error < (1.2 * noise if noise else 1e-6)
+
+
+@pytest.mark.parametrize("name", ["integrator and two modes", "integrator, lag and mode", "resonance between zeros"])
+def test_a_noisy_response_is_fitted_to_what_lies_behind_it(name):
+    """Poles found by weights that noise pulls along would leave 60 to 100 %."""
+    top, bottom, delay = SYSTEMS[name]
+    clean, integrators = response(SYSTEMS[name]), int(bottom[-1] == 0)
+    for seed in (1, 2):
+        noise = np.random.default_rng(seed).normal(size=(2, len(F)))
+        order = FitOrder(len(bottom) - 1, len(np.atleast_1d(top)) - 1, integrators, delay)
+        fit = fit_rational(F, clean * (1 + 0.1 * (noise[0] + 1j * noise[1]) / np.sqrt(2)), order)
+        assert np.sqrt(np.mean(np.abs(fit.fitted / clean - 1) ** 2)) < 0.05
+
+
+def test_a_rational_function_of_high_degree_over_many_decades_is_found():
+    """Twelve decades of powers of x: their columns are as good as dependent, orthonormal ones are not."""
+    x = 1j * np.geomspace(1e-3, 1e3, 300)
+    poles, zeros = -np.geomspace(2e-3, 500, 12), -np.geomspace(3e-3, 700, 11)
+    wanted = np.prod(x[:, None] - zeros, axis=1) / np.prod(x[:, None] - poles, axis=1)
+    found = fit_rational_function(x, wanted, 11, 12)
+    assert found.error < 1e-10
+    assert np.sort(found.poles.real) == pytest.approx(np.sort(poles), rel=1e-4)
+    assert found.gain == pytest.approx(1.0, rel=1e-4)
+
+
+def test_mirrored_poles_are_left_of_the_axis_and_others_are_where_they_are():
+    x = 1j * np.geomspace(0.1, 10, 40)
+    unstable = 3 / ((x - 1) * (x**2 + 0.2 * x + 4))
+    free, mirrored = (fit_rational_function(x, unstable, 0, 3, mirrored=way) for way in (False, True))
+    assert free.poles.real.max() == pytest.approx(1.0)
+    assert mirrored.poles.real.max() < 0
+    assert free.error < 1e-12 < mirrored.error
 
 
 def test_an_order_and_a_delay_that_are_given_are_kept():

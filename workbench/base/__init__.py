@@ -15,7 +15,7 @@ cores, process_pool    processors, and worker processes that share them
 cluster         worker processes of other machines, and what has to be the same there
 desktop         a page in the browser of this machine
 gain_phase      gain in decibels and phase in degrees of a complex response
-vector_fitting  a rational function fitted to a frequency response
+rational_function    a rational function fitted to a complex response
 columns, kept_columns    named columns, and as a pandas table; columns of many plants, on disk
 numbers         numbers for metrics.json
 words           counts, lists and ranges as a sentence has them

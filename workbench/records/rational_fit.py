@@ -1,9 +1,9 @@
 """A rational model with a delay, fitted to a frequency response.
 
-Poles and zeros start from vector fitting; then all numbers and the delay are moved together by nonlinear least squares
-of the relative error, which every frequency shares alike (Pintelon and Schoukens, System Identification: A Frequency
-Domain Approach, 2nd ed., Wiley 2012, ch. 9). Of several orders the one of the least Bayesian information criterion is
-taken.
+Poles and zeros start from linear least squares; then all numbers and the delay are moved together by nonlinear least
+squares of the relative error, which every frequency shares alike (Pintelon and Schoukens, System Identification: A
+Frequency Domain Approach, 2nd ed., Wiley 2012, ch. 9). Of several orders the one of the least Bayesian information
+criterion is taken.
 """
 
 from collections.abc import Iterator
@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.vector_fitting import vector_fit
+from ..base.rational_function import fit_rational_function
 
 MOST_POLES = 8
 _MOST_INTEGRATORS = 2
 _NEGLIGIBLE = 1e-4  # relative error: below it no order is better than another
 _WORSE = 2  # orders in a row without gain end the search
 _SLOPE = -0.8, 1.2  # of the slope at the low end less the integrators that are tried
+_FAR = 1e6  # of the highest frequency: as good as infinity
 _BELOW = 0.1  # of the lowest frequency: what is below is not told from a pole or zero at 0
 
 
@@ -139,33 +140,28 @@ def _fits(
 def _best_start(
     f: np.ndarray, response: np.ndarray, order: FitOrder, poles: int, direct: bool
 ) -> tuple[tuple[np.ndarray, np.ndarray], float]:
-    """Zeros and poles [rad/s] by vector fitting, and the delay of a grid with which they are nearest."""
+    """Zeros and poles [rad/s] and the delay of a grid with which they are nearest; one at infinity is far off."""
     if not poles:
         return (np.zeros(0), np.zeros(0)), order.delay or 0.0
     turned = -float(np.unwrap(np.angle(response))[-1] - np.angle(response[0]))
     steps = 1 + max(0, int(np.ceil(4 * turned / (2 * np.pi))))
     delays = [order.delay] if order.delay is not None else np.arange(steps) / (4 * f[-1])
+    s, far = 2j * np.pi * f, _FAR * 2 * np.pi * f[-1]
     best, least, nearest = (np.zeros(0), np.zeros(0)), np.inf, 0.0
     for delay in delays:
-        undelayed = response * np.exp(2j * np.pi * f * delay)
-        a, b, c, d = vector_fit(f, undelayed, poles, direct, order.stable)
-        fitted = np.linalg.solve(2j * np.pi * f[:, None, None] * np.eye(poles) - a, b[:, None])[..., 0] @ c + d
-        error = float(np.mean(np.abs(fitted / undelayed - 1) ** 2))
-        if error < least:
-            best, least, nearest = (_transmission_zeros(a, b, c, d), np.linalg.eigvals(a)), error, float(delay)
+        zeros = poles if direct else poles - 1
+        found = fit_rational_function(s, response * np.exp(s * delay), zeros, poles, order.stable)
+        if found.error < least:
+            best, least = (
+                (_smallest_first(found.zeros, zeros, far), _smallest_first(found.poles, poles, far)),
+                found.error,
+            )
+            nearest = float(delay)
     return best, nearest
 
 
-def _transmission_zeros(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
-    """Finite zeros of a state space, the smallest first."""
-    from scipy.linalg import eigvals
-
-    n = len(a)
-    pencil, mass = np.block([[a, b[:, None]], [c[None], np.array([[d]])]]), np.zeros((n + 1, n + 1))
-    mass[:n, :n] = np.eye(n)
-    zeros = np.asarray(eigvals(pencil, mass))
-    zeros = zeros[np.isfinite(zeros)]
-    return zeros[np.argsort(np.abs(zeros), kind="stable")][: n if d else n - 1]
+def _smallest_first(roots: np.ndarray, count: int, far: float) -> np.ndarray:
+    return np.append(roots[np.argsort(np.abs(roots), kind="stable")], np.full(count - len(roots), -far))
 
 
 def _polished(

@@ -9,7 +9,7 @@ stability           poles, Matignon's theorem, and the argument principle for or
 margins             Nyquist margins of the loop around one, with a delay
 norm                the H2 norm, by residues or by an integral with its error
 time_response       inverse Laplace transform on contours
-realisation         state spaces over a band, by Oustaloup's cells or by vector fitting, with their errors
+realisation         state spaces over a band, by Oustaloup's cells or by least squares, with their errors
 fit                 a fractional system of a measured frequency response
 """
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.rational_function import fit_rational_function
 from .polynomial import order_of
 from .transfer_function import FractionalTransferFunction
 
@@ -16,9 +17,8 @@ if TYPE_CHECKING:
 
 _ORDERS = 0.05, 1.95  # commensurate orders that are tried
 _GRID, _PHASES = 39, 6
-_ROUNDS = 12
 _DIGITS = 4  # of a fitted order
-_NOTHING = 1e-12  # a coefficient with such a part in the sum over all frequencies is 0
+_NOTHING = 1e-12  # a coefficient with such a part in all values of its polynomial is 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,31 +101,20 @@ def _search(fitted: Callable[..., FractionalFit], order: Fraction | None, relati
 
 
 def _fitted(f: np.ndarray, response: np.ndarray, zeros: int, poles: int, order: Fraction) -> FractionalFit:
-    """At one order: the numbers of the smallest ||W (N - G D)||, W = 1/(|G| |D of the round before|)."""
-    centre = 2 * np.pi * np.sqrt(f[0] * f[-1])
-    sigma = (2j * np.pi * f / centre) ** float(order)
-    above, below = (sigma[:, None] ** np.arange(count + 1) for count in (zeros, poles))
-    columns = np.column_stack((above, -response[:, None] * below)) / np.abs(response)[:, None]
-    weight, best, least = np.ones(len(f)), np.zeros(columns.shape[1]), np.inf
-    for _ in range(_ROUNDS):
-        whole = columns * weight[:, None]
-        whole = np.concatenate((whole.real, whole.imag))
-        size = np.linalg.norm(whole, axis=0)
-        numbers = np.linalg.svd(whole / size, full_matrices=False)[2][-1] / size
-        n, d = above @ numbers[: zeros + 1], below @ numbers[zeros + 1 :]
-        error = float(np.sqrt(np.mean(np.abs(n / (d * response) - 1) ** 2)))
-        if error < least:
-            best, least = np.where(np.abs(numbers) * size < _NOTHING, 0.0, numbers), error
-        weight = 1 / np.maximum(np.abs(d), 1e-12 * np.abs(d).max())
-    return FractionalFit(_system(best, zeros, order, centre), f, response, least)
+    """At one order: rational in s^order."""
+    sigma = (2j * np.pi * f) ** float(order)
+    found = fit_rational_function(sigma, response, zeros, poles)
+    parts = _terms(found.gain, found.zeros, sigma, order), _terms(1.0, found.poles, sigma, order)
+    return FractionalFit(FractionalTransferFunction.of(*parts), f, response, found.error)
 
 
-def _system(numbers: np.ndarray, zeros: int, order: Fraction, centre: float) -> FractionalTransferFunction:
-    """Coefficients of powers of s/centre as a system, its largest power of the denominator with the factor 1."""
-    parts = numbers[: zeros + 1], numbers[zeros + 1 :]
-    scaled = [part / centre ** (float(order) * np.arange(len(part))) for part in parts]
-    above, below = ([(order * k, value / scaled[1][-1]) for k, value in enumerate(part)] for part in scaled)
-    return FractionalTransferFunction.of(above, below)
+def _terms(leading: float, roots: np.ndarray, sigma: np.ndarray, order: Fraction) -> list[tuple[Fraction, float]]:
+    """Orders and coefficients of a polynomial in s^order; one that is nothing in its values [k] at sigma [k] is 0."""
+    numbers = leading * np.real(np.atleast_1d(np.poly(roots)))[::-1]
+    values = np.abs(numbers * sigma[:, None] ** np.arange(len(numbers)))
+    share = np.linalg.norm(values / np.abs(np.prod(sigma[:, None] - roots, axis=1) * leading)[:, None], axis=0)
+    numbers = np.where(share < _NOTHING, 0.0, numbers)
+    return [(order * k, float(number)) for k, number in enumerate(numbers)]
 
 
 def fit_orders(f: np.ndarray, response: np.ndarray, start: FractionalTransferFunction) -> FractionalFit:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db
-from ...base.vector_fitting import vector_fit
+from ...base.rational_function import fit_rational_function
 from ...linear.state_space import StateSpace, state_space
 from ..crone.oustaloup import power
 from ..second_order_sections import Factors
@@ -103,18 +103,43 @@ def oustaloup_realisation(system: "FractionalTransferFunction", low: float, high
 def least_squares_realisation(
     system: "FractionalTransferFunction", low: float, high: float, states: int
 ) -> Realisation:
-    """Poles and residues by vector fitting of the exact response, relative error weighed evenly over ln f.
+    """A rational function near the exact response, relative error weighed evenly over ln f, as real blocks.
 
-    Poles of the state space are in the left half plane. Raises InputError for more zeros than poles, an unstable system
-    or fewer than one state.
+    Poles of the state space are in the left half plane. Raises InputError for more zeros than poles, an unstable
+    system, fewer than one state or more than half of the points.
     """
     _check(system, low, high)
     if system.stability().unstable:
         raise InputError("least squares: the system is unstable; take oustaloup")
     f = _band(low, high)
     direct = system.numerator.highest == system.denominator.highest
-    a, b, c, d = vector_fit(f, system.response(f), states, direct)
-    return _realised(state_space(a, b[:, None], c[None], [[d]], 0.0, ["u"], ["y"]), system, low, high)
+    if not 1 <= states <= len(f) // 2:
+        raise InputError(f"{states} states: must be 1 to {len(f) // 2}, half of the points of the response")
+    s, response = 2j * np.pi * f, system.response(f)
+    a, b = _modal(fit_rational_function(s, response, states if direct else states - 1, states, mirrored=True).poles)
+    columns = np.linalg.solve(s[:, None, None] * np.eye(len(a)) - a, b[:, None])[..., 0]
+    columns = np.column_stack((columns, *([np.ones(len(s))] if direct else []))) / response[:, None]
+    columns, target = np.concatenate((columns.real, columns.imag)), np.repeat([1.0, 0.0], len(s))
+    size = np.linalg.norm(columns, axis=0)
+    c = np.linalg.lstsq(columns / size, target)[0] / size
+    d = float(c[-1]) if direct else 0.0
+    return _realised(state_space(a, b[:, None], c[None, : len(a)], [[d]], 0.0, ["u"], ["y"]), system, low, high)
+
+
+def _modal(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A [n, n] of real blocks with these poles, conjugate pairs exact, and B [n]."""
+    n = len(poles)
+    a, b = np.zeros((n, n)), np.zeros(n)
+    place = 0
+    for pole in poles[np.imag(poles) >= 0]:
+        if pole.imag == 0:
+            a[place, place], b[place] = pole.real, 1.0
+            place += 1
+        else:
+            a[place : place + 2, place : place + 2] = [[pole.real, pole.imag], [-pole.imag, pole.real]]
+            b[place] = 2.0
+            place += 2
+    return a, b
 
 
 def _check(system: "FractionalTransferFunction", low: float, high: float) -> None:
