@@ -154,6 +154,15 @@ def from_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
     return (np.asarray(value, dtype=float) - offset) / gain
 
 
+def converts(unit: str, si: str) -> bool:
+    """Whether a unit is one, and of the kind of the SI unit `si`."""
+    try:
+        to_si(0.0, unit, si)
+    except InputError:
+        return False
+    return True
+
+
 def base_units(unit: str) -> tuple[float, dict[str, float]]:
     """A unit as a factor and powers of pint's base units by name, "kilogram", "meter" ... Raises InputError."""
     _check_form(unit)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
-from ..base.units import to_si
+from ..base.units import converts, to_si
 from .table import cell_name
 
 HELD, LINEAR = "held", "linear"
@@ -136,11 +136,7 @@ def _fits(where: str, unit: str, si: str) -> bool:
         to_si(0.0, unit, unit)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    try:
-        to_si(0.0, unit, si)
-    except InputError:
-        return False
-    return True
+    return converts(unit, si)
 
 
 def _unused(cell: str, mapping: Mapping[str, ColumnMap]) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ..base.errors import InputError, echo
 from ..base.signals import SIGNALS, Signal
-from ..base.units import Spec, to_si
+from ..base.units import Spec, converts, to_si
 from . import schema
 
 _ANGLES = ("rad", "rad/s")
@@ -56,7 +56,4 @@ def limit_specs(si: str) -> Mapping[str, Spec]:
 
 def _converts(unit: str, si: str) -> bool:
     """Also whether both are 0 together."""
-    try:
-        return not to_si(0.0, unit, si)
-    except InputError:
-        return False
+    return converts(unit, si) and not to_si(0.0, unit, si)

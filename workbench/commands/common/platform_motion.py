@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError, nearest
 from ...base.table import ConfigTable
-from ...base.units import Spec, to_si
+from ...base.units import Spec, converts
 from ...loop.platform.poses import accelerated_pose, lowest_corner, recorded_pose, road_pose
 from ...records.frequency_sheet import Columns
 from ...records.road import CLASSES
@@ -98,7 +98,7 @@ def _course(columns: Columns) -> _Course:
     t = columns.times()
     if t[-1] - t[0] > _LONGEST:
         raise InputError(f"{columns.path}: {t[-1] - t[0]:g} s are above {_LONGEST:g} s; cut it")
-    accelerations = {axis for axis in axes if _is(columns.unit(axis), _ACCELERATIONS[AXES.index(axis)])}
+    accelerations = {axis for axis in axes if converts(columns.unit(axis), _ACCELERATIONS[AXES.index(axis)])}
     if accelerations and (poses := [axis for axis in axes if axis not in accelerations]):
         raise InputError(f"{columns.path}: {poses[0]} is no acceleration and others are; make all of one kind")
     values, units = np.zeros((len(t), len(AXES))), _ACCELERATIONS if accelerations else _POSES
@@ -115,14 +115,6 @@ def _posed(course: _Course, platform: Platform) -> PlatformMotion:
 def _accelerated(course: _Course, platform: Platform, corner: float) -> PlatformMotion:
     title = f"{course.name}, accelerations above {corner:.3g} Hz"
     return PlatformMotion(title, accelerated_pose(platform, course.t, course.values, corner))
-
-
-def _is(unit: str, si: str) -> bool:
-    try:
-        to_si(1.0, unit, si)
-    except InputError:
-        return False
-    return True
 
 
 def _road(table: ConfigTable, platform: Platform) -> PlatformMotion:

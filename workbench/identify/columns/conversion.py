@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...base.signals import SIGNALS
-from ...base.units import to_si
+from ...base.units import converts, to_si
 from ...records.foreign.unit_names import GAUGE
 from ...rigs.rig import Rig
 from .summary import ColumnSummary
@@ -76,18 +75,9 @@ def conversion(column: ColumnSummary, signal: str, rig: Rig) -> Conversion | str
     if unit in ("%", "percent") and signal == "spool":
         full = 1e3 * rig["z3max"]
         return Conversion(unit, 0.01 * full, "mm", 0.0, f"100 % taken as the full travel of {full:g} mm", False)
-    if not fits(unit, SIGNALS[signal].si):
+    if not converts(unit, SIGNALS[signal].si):
         return f"{unit} is no unit of {signal}"
     return _placed(Conversion(unit, 1.0, unit, 0.0, f"unit {unit}", True), column, signal, rig)
-
-
-def fits(unit: str, si: str) -> bool:
-    """Whether a unit converts to another."""
-    try:
-        to_si(0.0, unit, si)
-    except InputError:
-        return False
-    return True
 
 
 def _clock(column: ColumnSummary, rig: Rig) -> Conversion | str:
@@ -95,7 +85,7 @@ def _clock(column: ColumnSummary, rig: Rig) -> Conversion | str:
     if column.step is None:
         return "does not increase from row to row"
     if column.unit is not None:
-        if not fits(column.unit, "s"):
+        if not converts(column.unit, "s"):
             return f"{column.unit} is no unit of time"
         return Conversion(column.unit, 1.0, column.unit, 0.0, f"increases, in {column.unit}", True)
     for unit, size in _CLOCKS.items():
@@ -111,7 +101,7 @@ def _command(column: ColumnSummary) -> Conversion | str:
         if peak <= 10 * _WIDE:
             return Conversion("V", 0.1, "1", 0.0, f"±10 V taken as full command; it reaches {peak:.3g} V", False)
         return f"reaches {peak:.4g} V, and full command is 10 V at most"
-    if unit is not None and not fits(unit, "1"):
+    if unit is not None and not converts(unit, "1"):
         return f"{unit} does not say what full command is"
     share = float(to_si(peak, unit or "1", "1"))
     if share <= _WIDE:

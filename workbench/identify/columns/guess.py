@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ...base.signals import SIGNALS
-from ...base.units import from_si
+from ...base.units import converts, from_si
 from ...records.columns import ColumnMap
 from ...records.foreign.unit_names import name_of
 from ...records.foreign.vocabulary import SURE, VAGUE, is_filtered, strengths
 from ...rigs.rig import Rig
-from .conversion import Conversion, conversion, fits
+from .conversion import Conversion, conversion
 from .summary import ColumnSummary
 
 GUESSED = ("t", "command", "reference", "current", "spool", "pa", "pb", "load_pressure", "supply", "position",
@@ -99,8 +99,8 @@ def _by_unit_alone(
     nameless = [column for column in columns if column.cell not in named and not strengths(name_of(column.cell))]
     alone = []
     for signal in [signal for signal in _ALONE if signal not in signals]:
-        having = [c for c in nameless if c.unit not in (None, "1", "%") and fits(c.unit or "1", SIGNALS[signal].si)]
-        same = [c for c in columns if c.unit not in (None, "1", "%") and fits(c.unit or "1", SIGNALS[signal].si)]
+        having = [c for c in nameless if c.unit not in (None, "1", "%") and converts(c.unit or "1", SIGNALS[signal].si)]
+        same = [c for c in columns if c.unit not in (None, "1", "%") and converts(c.unit or "1", SIGNALS[signal].si)]
         if len(having) == len(same) == 1 and not isinstance(how := conversion(having[0], signal, rig), str):
             alone.append(_Candidate(having[0], signal, VAGUE, replace(how, reason=f"the only column in {how.unit}")))
     clocks = [column for column in nameless if column.unit == "s" and column.step is not None]

@@ -88,16 +88,6 @@ def valves_with(slots: Iterable[str]) -> frozenset[str]:
     return frozenset(name for name, kind in VALVES.items() if inside <= set(kind.slots))
 
 
-_OF_A_PUMP = {
-    "direction",
-    "pump_flow",
-    "delivery_drop",
-    "accumulator",
-    "gas_stiffness",
-    "motor_losses",
-    "hoses",
-    "loader",
-}
 _OF_A_PILOT = {"current", "motor_current", "main_friction"}
 _OF_A_DATASHEET = {"magnet", "spool_friction"}
 
@@ -107,7 +97,7 @@ def without(kind: str, slots: Iterable[str]) -> str:
     lacking = (_VALVE.keys() & set(slots)) - set(VALVES[kind].slots)
     if not lacking:
         return ""
-    if lacking <= _OF_A_PUMP:
+    if lacking <= set(VALVES["pump"].slots):
         return "no direction valves" if "pump_flow" in VALVES[kind].slots else "no pump in its place"
     if "pump_flow" in VALVES[kind].slots:
         return "no spool: a pump displaces the oil"

@@ -3,8 +3,7 @@
 import re
 from functools import lru_cache
 
-from ...base.errors import InputError
-from ...base.units import to_si
+from ...base.units import converts
 from .source import Heading
 
 _SPELLED = {
@@ -74,8 +73,4 @@ def is_unit(text: str) -> bool:
 
 @lru_cache(maxsize=512)
 def _known(text: str) -> bool:
-    try:
-        to_si(0.0, text, text)
-    except InputError:
-        return False
-    return bool(text)
+    return bool(text) and converts(text, text)
