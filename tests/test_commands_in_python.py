@@ -25,9 +25,7 @@ def test_python_has_every_command(command):
     function = getattr(wb, folder(command))
     assert folder(command) in wb.__all__
     assert signature(function).parameters
-    if function.__module__ == "workbench.notebook.commands":
-        lines = function.__doc__.splitlines()
-        assert {line.split(":")[0].strip() for line in lines[2:]} == set(signature(function).parameters)
+    assert f"`jackbench {command}`" in function.__doc__ or function.__module__ != "workbench.notebook.commands"
 
 
 def test_a_shell_s_own_commands_are_no_functions():

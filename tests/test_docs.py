@@ -173,6 +173,19 @@ def test_an_example_and_a_report_that_left_nothing_are_words_alone(generate, tmp
     assert "href" not in cards
 
 
+def test_a_section_of_a_docstring_is_a_list_of_definitions(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    from docstrings import restructured
+
+    text = (
+        "What it does.\n\nParameters\n----------\nf : float | None, default None\n    At `f` [Hz].\n**more\n    Others."
+    )
+    assert restructured(text) == (
+        "What it does.\n\n.. rubric:: Parameters\n\n``f`` : float \\| None, default None\n    At ``f`` [Hz].\n"
+        "``**more``\n    Others.\n"
+    )
+
+
 def test_docstrings_keep_their_words(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     from docstrings import restructured

@@ -1,5 +1,6 @@
 """The door for Python: what a notebook's cells give, in short, and what is refused in one line."""
 
+import re
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -13,6 +14,11 @@ import pytest
 import workbench as wb
 from controllers import LapInverse, P, PressureFeedback
 from workbench.base.errors import InputError
+from workbench.commands.common.declared import keys_of
+from workbench.commands.faults.options import FaultsConfig
+from workbench.commands.inverse.options import InverseConfig
+from workbench.commands.robustness.options import RobustnessConfig
+from workbench.commands.sines.options import SinesConfig
 from workbench.report import Curve, Figure, Panel
 
 POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
@@ -247,6 +253,37 @@ def test_dir_is_the_map_and_every_name_is_there():
     assert set(wb.__all__) <= set(dir(wb))
     assert all(getattr(wb, name) is not None for name in wb.__all__)
     assert len(wb.__doc__.splitlines()) <= 40
+
+
+@pytest.mark.parametrize("name", [name for name in wb.__all__ if isinstance(getattr(wb, name), FunctionType)])
+def test_every_parameter_is_said_in_its_docstring_with_kind_and_default(name):
+    function = getattr(wb, name)
+    takes, sections = signature(function), dict(re.findall(r"^(\w+)\n-+\n((?:.+\n?)+)", function.__doc__, re.MULTILINE))
+    entries = re.findall(r"^(\S+) : (.*)\n    (\S.*)", sections["Parameters"], re.MULTILINE)
+    assert [entry.lstrip("*") for entry, *_ in entries] == list(takes.parameters)
+    for (_, kind, meaning), parameter in zip(entries, takes.parameters.values(), strict=True):
+        shown = parameter.default is not Parameter.empty and not callable(parameter.default)
+        assert f"default {parameter.default!r}" in kind if shown else "default" not in kind
+        assert meaning[0] != "."
+        assert not re.match(r"\w+\.\w+", kind)  # kinds have no modules
+    assert "Returns" in sections or takes.return_annotation is None
+    assert "InputError\n    " in sections.get("Raises", "") or "InputError" not in function.__doc__
+
+
+@pytest.mark.parametrize(
+    ("function", "kind"),
+    [("robustness", RobustnessConfig), ("faults", FaultsConfig), ("sines", SinesConfig), ("inverse", InverseConfig)],
+)
+def test_what_an_experiment_declares_is_said_with_its_unit_and_bounds(function, kind):
+    text, takes = getattr(wb, function).__doc__, signature(getattr(wb, function)).parameters
+    declared = {name: key.of[1] for name, key in keys_of(kind).items() if name in takes and key.check and key.of}
+    assert declared
+    for name, asked in declared.items():
+        (meaning,) = re.findall(rf"^{name} : .*\n    (.*)", text, re.MULTILINE)
+        if spec := asked.get("spec"):
+            assert f"[{spec.unit}]" in meaning
+        elif "most" in asked:
+            assert f"{asked['least']} to {asked['most']}" in meaning
 
 
 def test_importing_the_door_loads_nothing_heavy(tmp_path):

@@ -20,8 +20,22 @@ _EVERYTHING = "*"
 
 
 def trust(*files: str | Path) -> Path:
-    """Remember what these files say now; the list that remembers. Raises InputError for a file that cannot be read, or
-    where the list cannot be written."""
+    """Remember what files of code say now, so that they may run.
+
+    Parameters
+    ----------
+    *files
+        Files with effects that a rig or a campaign names.
+
+    Returns
+    -------
+    The list that remembers.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, or where the list cannot be written.
+    """
     digests = {_digest(_content(file)): Path(file).resolve() for file in files}
     list_file = config_folder() / "trusted"
     known = _remembered()

@@ -143,13 +143,51 @@ def _unknown(unit: str) -> InputError:
 
 
 def to_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
-    """`value` in `unit`, converted to the SI unit `si`. Raises InputError for a unit of another kind."""
+    """Numbers in a unit, converted to SI.
+
+    Parameters
+    ----------
+    value
+        Numbers in `unit`, of any shape.
+    unit
+        Text that pint knows, such as "l/min".
+    si
+        The SI unit, of the same kind: "m^3/s".
+
+    Returns
+    -------
+    The numbers in `si`, of the same shape.
+
+    Raises
+    ------
+    InputError
+        For a unit of another kind.
+    """
     gain, offset = _scale(unit, si)
     return np.asarray(value, dtype=float) * gain + offset
 
 
 def from_si(value: ArrayLike, unit: str, si: str) -> np.ndarray:
-    """`value` in the SI unit `si`, converted to `unit`. Raises InputError for a unit of another kind."""
+    """Numbers in SI, converted to a unit.
+
+    Parameters
+    ----------
+    value
+        Numbers in `si`, of any shape.
+    unit
+        Text that pint knows, such as "l/min".
+    si
+        The SI unit, of the same kind: "m^3/s".
+
+    Returns
+    -------
+    The numbers in `unit`, of the same shape.
+
+    Raises
+    ------
+    InputError
+        For a unit of another kind.
+    """
     gain, offset = _scale(unit, si)
     return (np.asarray(value, dtype=float) - offset) / gain
 
@@ -172,10 +210,23 @@ def base_units(unit: str) -> tuple[float, dict[str, float]]:
 
 
 def quantity(value: float | str, si: str) -> float:
-    """A number in the SI unit `si`, of a number in that unit or of text with its own, such as "100 mm".
+    """A number in an SI unit, of a number or of text with a unit of its own.
 
-    Raises InputError for text without a number or a unit, for a unit of another kind, a truth value, and what is not
-    finite.
+    Parameters
+    ----------
+    value
+        A number in `si`, or text such as "100 mm".
+    si
+        The SI unit, such as "m".
+
+    Returns
+    -------
+    The number in `si`.
+
+    Raises
+    ------
+    InputError
+        For text without a number or a unit, a unit of another kind, a truth value, and what is not finite.
     """
     if isinstance(value, str):
         number, unit = number_and_unit(value, si)

@@ -56,9 +56,23 @@ class ControllerType:
 
 
 def controller(use: str, **numbers: float | str) -> ControllerSpec:
-    """A controller or compensator of "module:Class" or of one's own "file.py:Class", with its design numbers.
+    """A controller or compensator of one's own, with its design numbers.
 
-    A path counts from the current folder. Numbers are SI or text with a unit; raises InputError as ControllerType does.
+    Parameters
+    ----------
+    use
+        "module:Class", or "file.py:Class" with a path that counts from the current folder.
+    **numbers
+        Its design numbers, SI or text with a unit.
+
+    Returns
+    -------
+    The controller, as a loop takes it.
+
+    Raises
+    ------
+    InputError
+        As ControllerType raises it.
     """
     return ControllerType(use)(**numbers)
 

@@ -144,7 +144,25 @@ def fallbacks(controller: Controller) -> int | None:
 
 
 def number(unit: str, low: float, high: float, meaning: str, default: float | None = None) -> Any:
-    """A design number of a controller: SI unit, bounds [SI] that tuning may search, and its meaning."""
+    """A design number of a controller, as a field of a class of `design_numbers`.
+
+    Parameters
+    ----------
+    unit
+        Its SI unit.
+    low
+        Least value [unit] that it may have and that tuning may search.
+    high
+        Largest value [unit].
+    meaning
+        What it is, in a few words.
+    default
+        Its value [unit] where none is given; without one it must be given.
+
+    Returns
+    -------
+    The field.
+    """
     metadata = {"unit": unit, "low": low, "high": high, "meaning": meaning}
     return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
 
@@ -163,8 +181,17 @@ def is_number(entry: Field[Any]) -> bool:
 def design_numbers(kind: type[T]) -> type[T]:
     """Make a class of `number` and `from_file` fields a frozen dataclass that checks and reads them.
 
-    Each takes a number in its SI unit or text with a unit, such as "100 mm", and holds the SI number. Constructing it
-    raises InputError, with the number's name, its bounds and their unit, for what is outside of them.
+    Each field takes a number in its SI unit or text with a unit, such as "100 mm", and holds the SI number.
+    Constructing the class refuses what is outside, with the number's name, its bounds and their unit.
+
+    Parameters
+    ----------
+    kind
+        The class.
+
+    Returns
+    -------
+    The same class as a dataclass.
     """
 
     if not isinstance(kind, type):

@@ -66,12 +66,38 @@ def stepped_sine(
     limits: Mapping[str, float] | None = None,
     p: np.ndarray | None = None,
 ) -> SteppedSine:
-    """Response of `outputs` to the plant's first input, `offset` [m] + amplitude sin, from state `start` [n].
+    """Response of a plant to sines on its first input, one frequency after another, from the nonlinear simulation.
 
-    `limits` gives the output levels at which a point counts as saturated, e.g. {"current": 0.02}. Each point starts
-    from `start` and runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once. A
-    delay of the plant's command counts, exactly.
-    Raises InputError if a run fails.
+    Each point runs until it has settled or 60 cycles are over (`settled` tells); all frequencies run at once. A delay
+    of the plant's command counts, exactly.
+
+    Parameters
+    ----------
+    engine
+        The engine of the plant.
+    start
+        State [n] from which each point starts.
+    offset
+        Inputs [m] about which the first moves, SI.
+    frequencies
+        Frequencies [k] in Hz.
+    amplitude
+        Amplitude of the first input, SI.
+    outputs
+        Names of the signals whose response counts.
+    limits
+        Levels of outputs, SI, at which a point counts as saturated, such as {"current": 0.02}.
+    p
+        Parameters [k] other than the plant's.
+
+    Returns
+    -------
+    Complex responses by output, and which points are settled and saturated.
+
+    Raises
+    ------
+    InputError
+        If a run fails.
     """
     f, p = np.asarray(frequencies, dtype=float), engine.plant.p if p is None else p
     starts, rows = (np.tile(row, (len(f), 1)) for row in (start, p))

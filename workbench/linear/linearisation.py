@@ -26,11 +26,33 @@ def linearise(
     outputs: tuple[str, ...] = ("position",),
     p: np.ndarray | None = None,
 ) -> "control.StateSpace":
-    """x' = A x + B u, y = C x + D u about an operating point, in SI, named inputs, outputs and states.
+    """x' = A x + B u, y = C x + D u about an operating point, in SI.
 
-    Pass `p = plant.without_dry_friction()` (here and to `equilibrium`) where tanh friction would count as damping. A
-    command that is late passes a Padé approximation of order PADE, an all-pass 1 degree off at w d = 4.5, whose states
-    follow the plant's; `discretise` is exact. Raises InputError for a name that is no input or output.
+    A command that is late passes a Padé approximation of order PADE, an all-pass 1 degree off at w d = 4.5, whose
+    states follow the plant's; `discretise` is exact.
+
+    Parameters
+    ----------
+    plant
+        A Plant, or a Rig, whose plant is built.
+    about
+        The operating point.
+    inputs
+        Names of u.
+    outputs
+        Names of the signals of y.
+    p
+        Parameters [k] other than the plant's: `plant.without_dry_friction()`, here and to `equilibrium`, where tanh
+        friction would count as damping.
+
+    Returns
+    -------
+    A python-control system with named inputs, outputs and states.
+
+    Raises
+    ------
+    InputError
+        For a name that is no input or output.
     """
     model = linear_plant(plant, about, inputs, outputs, p)
     late = [f"late {i + 1}" for i in range(len(model.A) - plant.n)]

@@ -14,9 +14,23 @@ if TYPE_CHECKING:
 
 
 def nonlinear_system(plant: "Plant", p: np.ndarray | None = None) -> "control.NonlinearIOSystem":
-    """A control.NonlinearIOSystem with this plant's states, inputs and outputs, all SI; stiff: integrate with Radau.
+    """A plant as a nonlinear system of python-control, all SI; stiff: integrate with Radau.
 
-    Raises InputError for a plant whose command is late: no ordinary differential equation is.
+    Parameters
+    ----------
+    plant
+        A Plant, or a Rig, whose plant is built.
+    p
+        Parameters [k] other than the plant's.
+
+    Returns
+    -------
+    A control.NonlinearIOSystem with the plant's states, inputs and outputs.
+
+    Raises
+    ------
+    InputError
+        For a plant whose command is late: no ordinary differential equation is.
     """
     import control  # here, as it takes two seconds
 

@@ -40,11 +40,32 @@ def equilibrium(
 ) -> Equilibrium:
     """The operating point of a plant, all numbers SI.
 
-    A jack is held at `position` from mid stroke: give its `speed` [m/s] (0 when neither is given) and the command is
-    found, or a `command` and the speed is found. A valve bench takes `command`, its only input. Other inputs by name.
-    A pump drive rests on the command that just opens a direction valve against the low side's pressure.
-    At a command it is where it comes to in time: a load that slips as it moves holds any force at rest.
-    Raises InputError when there is no such point, naming what is left over.
+    A pump drive rests on the command that just opens a direction valve against the low side's pressure. At a command it
+    is where it comes to in time: a load that slips as it moves holds any force at rest.
+
+    Parameters
+    ----------
+    plant
+        A Plant, or a Rig, whose plant is built.
+    command
+        Command [1] at which the jack's speed is found; the only input of a valve bench.
+    speed
+        Speed [m/s] of a jack whose command is found; 0 where neither is given.
+    position
+        Position [m] from mid stroke at which a jack is held.
+    p
+        Parameters [k] other than the plant's.
+    **inputs
+        Other inputs by name, SI.
+
+    Returns
+    -------
+    States, inputs and speed there.
+
+    Raises
+    ------
+    InputError
+        Where there is no such point, with what is left over.
     """
     p = plant.p if p is None else p
     if command is not None and speed is not None:

@@ -22,10 +22,32 @@ def discretise(
     outputs: tuple[str, ...] = ("position",),
     p: np.ndarray | None = None,
 ) -> "control.StateSpace":
-    """x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k] about an operating point, every `period` [s], in SI.
+    """x[k+1] = A x[k] + B u[k], y[k] = C x[k] + D u[k] about an operating point, in SI.
 
     u is the command, held over each period; where it is late, as in `held`, the commands on their way come after the
-    plant's states. p as for `linearise`. Raises InputError for an unknown output.
+    plant's states.
+
+    Parameters
+    ----------
+    plant
+        A Plant, or a Rig, whose plant is built.
+    about
+        The operating point.
+    period
+        Time between samples [s].
+    outputs
+        Names of the signals of y.
+    p
+        Parameters [k] other than the plant's, as for `linearise`.
+
+    Returns
+    -------
+    A python-control system with named states.
+
+    Raises
+    ------
+    InputError
+        For an unknown output.
     """
     model = sampled_plant(plant, about, period, outputs, p)
     way = [f"command {i + 1} ago" for i in range(len(model.A) - plant.n)]

@@ -27,9 +27,23 @@ Factors = Mapping[str, tuple[float, float]]
 
 
 def variation(rig: Rig, name: str) -> Rig:
-    """The rig that `name` of RIG_SET makes of a nominal one, under its name: a factor on a number, or a specimen [N/m].
+    """The rig that a name of RIG_SET makes of a nominal one: a factor on a number, or a specimen [N/m].
 
-    Raises InputError for an unknown name, with the nearest known one, and for a number that the rig cannot have.
+    Parameters
+    ----------
+    rig
+        The nominal rig.
+    name
+        A name of RIG_SET, such as "mass+50".
+
+    Returns
+    -------
+    The rig, under that name.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, with the nearest known one, and for a number that the rig cannot have.
     """
     if name not in RIG_SET:
         raise InputError(f"no rig {echo(name)} in the set; {nearest(name[:80], RIG_SET)}")
@@ -39,9 +53,23 @@ def variation(rig: Rig, name: str) -> Rig:
 
 
 def with_delay(rig: Rig, delay: float | str) -> Rig:
-    """The rig whose commands come later by `delay` [s], a number or text with a unit; what its drive takes is added.
+    """The rig whose commands come later; what its drive takes is added.
 
-    Raises InputError for text that is no time.
+    Parameters
+    ----------
+    rig
+        The rig.
+    delay
+        Delay [s], a number or text with a unit.
+
+    Returns
+    -------
+    The rig with the delay.
+
+    Raises
+    ------
+    InputError
+        For text that is no time.
     """
     later = quantity(delay, "s")
     if not later:

@@ -60,9 +60,27 @@ def benchmark(
 ) -> Benchmark:
     """Loops of one signal on one rig, beside each other.
 
-    rigs: names of the set that is made of the rig, nominal first (see RIG_SET). scenarios: names or Scenarios; a step
-    of 10 mm or 20 kN where none are given. seed: of the sensors' noise. jobs: worker processes. Raises InputError for
-    loops of two rigs or signals.
+    Parameters
+    ----------
+    loops
+        One loop or several.
+    rigs
+        Names of the set that is made of the rig, nominal first (see RIG_SET).
+    scenarios
+        Names or Scenarios; a step of 10 mm or 20 kN where none are given.
+    seed
+        Seed of the sensors' noise.
+    jobs
+        Worker processes.
+
+    Returns
+    -------
+    A row for each loop, rig and scenario, and the report.
+
+    Raises
+    ------
+    InputError
+        For loops of two rigs or signals.
     """
     loops = loops_of_one_rig(loops, "benchmark")
     first = loops[0]

@@ -16,7 +16,7 @@ from io import StringIO
 from numbers import Real
 from os import PathLike
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 from ..base import trust
 from ..base.errors import InputError
@@ -24,9 +24,22 @@ from ..commands import COMMANDS, GROUPS, folder
 from ..commands.common.options import no_folder
 from ..rigs.rig import Rig
 from ..rigs.rig_file import save_rig
+from .door import parameters_section, sentence
 
 _OF_A_SHELL = (*GROUPS["start"], "serve", "live")  # which speak to a shell, or run until somebody ends them
+_RIGS = ("rig", "subject", "like")
 _DEFAULTS = {"jobs": 1}  # several worker processes would ask of a script that it can be imported
+_UNITS = {"HZ": "Hz", "PERCENT": "%", "DB": "dB", "DEG": "deg", "M": "min"}  # of options, by how --help has them
+_ANSWERS = """
+
+Returns
+-------
+The report; of a command that prints, its tables, or its text where it has none.
+
+Raises
+------
+InputError
+    Where the command ends with status 2."""
 FUNCTIONS = tuple(folder(name) for name in COMMANDS if name not in _OF_A_SHELL)
 
 
@@ -55,8 +68,8 @@ def _function(name: str) -> Callable[..., Any]:
     what = COMMANDS[command]
     call.__name__ = call.__qualname__ = name
     vars(call)["__signature__"] = takes
-    lines = (f"    {action.dest}: {action.help % vars(action) if action.help else ''}" for action in _asked(parser))
-    call.__doc__ = f"{what[0].upper()}{what[1:]}, as `jackbench {command}` does.\n\n" + "\n".join(lines)
+    said = parameters_section({action.dest: _meaning(action) for action in _asked(parser)})
+    call.__doc__ = f"{sentence(what)}\n\nWhat `jackbench {command}` does.{said}{_ANSWERS}"
     return call
 
 
@@ -79,10 +92,30 @@ def _asked(parser: argparse.ArgumentParser) -> list[argparse.Action]:
 
 
 def _parameter(action: argparse.Action) -> Parameter:
+    takes = _kind(action)
     if not action.option_strings and action.nargs not in ("?", "*"):
-        return Parameter(action.dest, Parameter.POSITIONAL_OR_KEYWORD)
+        return Parameter(action.dest, Parameter.POSITIONAL_OR_KEYWORD, annotation=takes)
     kind = Parameter.KEYWORD_ONLY if action.option_strings else Parameter.POSITIONAL_OR_KEYWORD
-    return Parameter(action.dest, kind, default=_DEFAULTS.get(action.dest, action.default))
+    default = _DEFAULTS.get(action.dest, action.default)
+    return Parameter(action.dest, kind, default=default, annotation=takes | None if default is None else takes)
+
+
+def _kind(action: argparse.Action) -> Any:
+    """What an option takes, as an annotation."""
+    one: Any = action.type if action.type in (int, float) else str | Path
+    if action.dest in _RIGS:
+        one = str | Path | Rig
+    if action.choices:
+        one = Literal[tuple(action.choices)]
+    several = action.nargs not in (None, "?") or isinstance(action.default, list)
+    return bool if action.nargs == 0 else Sequence[one] if several else one
+
+
+def _meaning(action: argparse.Action) -> str:
+    """What an option is, with its unit."""
+    words = action.metavar if isinstance(action.metavar, tuple) else (str(action.metavar),)
+    units = ", ".join(_UNITS[word] for word in words if word in _UNITS)
+    return sentence((action.help or "") % vars(action) + (f" [{units}]" if units else ""))
 
 
 def _words(parser: argparse.ArgumentParser, bound: Mapping[str, Any], files: ExitStack) -> Iterator[str]:

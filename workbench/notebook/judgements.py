@@ -48,9 +48,10 @@ def robustness(
 ) -> Outcome:
     """Loops of one signal on drawn plants over the whole stroke: a step with noise and computing delay, and margins.
 
-    within: factors (low, high) on numbers of the rig by name; every other number that the rig gives bounds is drawn
-    within them. step [m or N]: 10 mm or 20 kN without one, watched for `seconds` [s]. seed: of the draw and the
-    sensors' noise. jobs: worker processes. `metrics["rows"]` are those of `jackbench robustness`. Raises InputError.
+    Parameters
+    ----------
+    step
+        Size of the step [m or N]; 10 mm or 20 kN where none is given.
     """
     listed = loops_of_one_rig(loops, "robustness")
     first = listed[0]
@@ -87,8 +88,10 @@ def faults(
 ) -> Outcome:
     """Loops of one signal through every fault of sensors, controller, drive and plant, and on plants without a fault.
 
-    step [m or N]: that in which faults begin, 100 mm or 20 kN without one, watched for `seconds` [s]; plants, within,
-    seed: as of `robustness`. `metrics["rows"]` are those of `jackbench faults`. Raises InputError.
+    Parameters
+    ----------
+    step
+        Size of the step [m or N] in which faults begin; 100 mm or 20 kN where none is given.
     """
     listed = loops_of_one_rig(loops, "faults")
     first = listed[0]
@@ -126,9 +129,14 @@ def sines(
 ) -> Outcome:
     """Position loops on sines: alone, with amplitude and phase control, and with odd harmonics taken out.
 
-    frequencies [Hz]; amplitude [m], or a `share` of what the weakest rig's valve gives there, if that is less, unless
-    it is None. harmonics: the highest odd order that is taken out. rigs: as of `benchmark`; plants, within, seed: as of
-    `robustness`. `metrics["rows"]` are those of `jackbench sines`. Raises InputError.
+    Parameters
+    ----------
+    frequencies
+        Frequencies [k] in Hz.
+    share
+        Share [1] of what the weakest rig's valve gives, to which `amplitude` is cut; not cut where None.
+    harmonics
+        The highest odd order that is taken out.
     """
     listed = loops_of_one_rig(loops, "sines")
     first = listed[0]
@@ -175,11 +183,26 @@ def inverse(
     stroke: float = STROKE,
     **keys: Any,
 ) -> Outcome:
-    """An inverse of each loop, designed on `rigs`, and a record played with and without it.
+    """An inverse of each loop, designed on some rigs, and a record played with and without it.
 
-    record: a scenario or its name, which fades in and out over `fade` [s]; preview, length, band: as of
-    `ClosedLoop.inverse`, which gives the filter alone. `metrics["rows"]` are those of `jackbench inverse`. Raises
-    InputError.
+    `ClosedLoop.inverse` gives the filter alone.
+
+    Parameters
+    ----------
+    record
+        A scenario or its name.
+    rigs
+        Names of the set on which the inverse is designed, nominal first (see RIG_SET).
+    preview
+        How far ahead the filter looks [s].
+    length
+        Length of the filter [s], above the preview.
+    band
+        Frequencies [Hz] within which references move.
+    fade
+        Time [s] over which the record comes and goes.
+    stroke
+        Share [1] of the stroke limit over which plants are drawn.
     """
     listed = loops_of_one_rig(loops, "inverse")
     first = listed[0]

@@ -72,15 +72,37 @@ def tune(
     jobs: int = 1,
     positions: Sequence[float] = POSITIONS,
 ) -> ClosedLoop:
-    """The loop with the best of `designs` tried numbers; its `search` has the others.
+    """The loop with the best of the tried numbers; the hard goals are those of `jackbench tune`.
 
-    over: low and high of each searched number, SI or text with a unit: "gain", and "pressure-feedback.gain" of a
-    compensator. rigs: names of the set, nominal first (see RIG_SET). scenarios: names or Scenarios, a step of 10 mm or
-    20 kN where none are given. weights: in the cost, of settling_s [1/s], iae, over the step [1/s], overshoot_percent
-    [1/%] and ms [1]. seed: of the search, and of the sensors' noise. jobs: worker processes.
+    Parameters
+    ----------
+    loop
+        The loop whose controller has the numbers.
+    over
+        Low and high of each searched number by name, "gain" or "pressure-feedback.gain", SI or text with a unit.
+    designs
+        How many designs are tried.
+    rigs
+        Names of the set, nominal first (see RIG_SET).
+    scenarios
+        Names or Scenarios; a step of 10 mm or 20 kN where none are given.
+    weights
+        Of metrics in the cost: settling_s [1/s], iae over the step [1/s], overshoot_percent [1/%], ms [1].
+    seed
+        Seed of the search, and of the sensors' noise.
+    jobs
+        Worker processes.
+    positions
+        Shares of the stroke limit [1] at which loops are judged.
 
-    The hard goals are those of `jackbench tune`. Raises InputError for an unknown number, a range that the controller
-    may not have, and where no design meets every goal.
+    Returns
+    -------
+    The best loop; its `search` has all designs.
+
+    Raises
+    ------
+    InputError
+        For an unknown number, a range that the controller may not have, and where no design meets every goal.
     """
     if not isinstance(loop, ClosedLoop):
         raise InputError("tune: give a ClosedLoop")

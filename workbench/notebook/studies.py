@@ -24,9 +24,25 @@ __all__ = ["fit", "plan", "residual", "retune", "run", "trace"]
 
 def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcome:
     """An experiment file of any kind: what `jackbench run`, `bench`, `tune`, `robustness`, `faults`, `sines`,
-    `inverse`, `learn` and `train` compute. Raises InputError.
+    `inverse`, `learn` and `train` compute.
 
-    A shipped one is found by its bare name, such as "first_loop".
+    Parameters
+    ----------
+    experiment
+        Its file, or the bare name of a shipped one, such as "first_loop".
+    rig
+        A bundled rig or a rig file, instead of the one that the experiment names.
+    jobs
+        Worker processes, where the kind takes several.
+
+    Returns
+    -------
+    The report with its `metrics`.
+
+    Raises
+    ------
+    InputError
+        For a file or a rig that cannot be.
     """
     kind = str(read_toml(experiment_file(experiment)).values.get("experiment"))
     command = getattr(commands, kind if kind in commands.FUNCTIONS else "run")
@@ -34,9 +50,23 @@ def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcom
 
 
 def plan(campaign: Campaign | str | Path, rig: Rig | str | None = None) -> Outcome:
-    """What to record next, to tell effects apart and to see numbers: `metrics` are those of `jackbench plan`.
+    """What to record next, to tell effects apart and to see numbers.
 
-    `rig` replaces the one that the campaign names. Raises InputError.
+    Parameters
+    ----------
+    campaign
+        A campaign folder, or a Campaign.
+    rig
+        Another rig than the campaign names: a Rig, a bundled rig's name or a rig file.
+
+    Returns
+    -------
+    The report; `metrics` are those of `jackbench plan`.
+
+    Raises
+    ------
+    InputError
+        For records or a rig that cannot be read, and for records that are not of this rig.
     """
     return run_plan(*_loaded(campaign, rig), no_checkpoint, _quiet)
 
@@ -48,11 +78,29 @@ def retune(
     designs: int | None = None,
     jobs: int = 1,
 ) -> Outcome:
-    """What a controller gains on the found rig: it is searched anew there, and judged on both rigs beside the old one.
-    `metrics` are those of `jackbench retune`.
+    """What a controller gains on the rig as found: it is searched anew there, and both are judged on both rigs.
 
-    experiment: a tune, run or bench experiment, by file or bare name. found: a rig, such as that of a trace's answer,
-    or its file. controller: the one to retune, if there are several. designs: how many are tried. Raises InputError.
+    Parameters
+    ----------
+    experiment
+        A tune, run or bench experiment, by file or bare name.
+    found
+        A rig, such as that of a trace's answer, or its file.
+    controller
+        The one to retune, if there are several.
+    designs
+        How many designs are tried; the experiment's number where none is given.
+    jobs
+        Worker processes.
+
+    Returns
+    -------
+    The report; `metrics` are those of `jackbench retune`.
+
+    Raises
+    ------
+    InputError
+        For an experiment or a rig that cannot be.
     """
     rig = found if isinstance(found, Rig) else str(found)
     config = load_retune(experiment_file(experiment), rig, None, controller, designs)
@@ -60,17 +108,49 @@ def retune(
 
 
 def residual(campaign: Campaign | str | Path, rig: Rig | str | None = None, free_run: bool = False) -> Outcome:
-    """A rig's model beside the held-out records of a campaign: a Campaign, or its folder. Raises InputError.
+    """A rig's model beside the held-out records of a campaign.
 
-    `rig` is another one than the campaign names; `free_run` adds the error of one run through each whole record.
+    Parameters
+    ----------
+    campaign
+        A campaign folder, or a Campaign.
+    rig
+        Another rig than the campaign names: a Rig, a bundled rig's name or a rig file.
+    free_run
+        Whether to add the error of one run through each whole record.
+
+    Returns
+    -------
+    The report; `metrics` are those of `jackbench residual`.
+
+    Raises
+    ------
+    InputError
+        For records or a rig that cannot be read, and for records that are not of this rig.
     """
     return run_residual(*_loaded(campaign, rig), no_checkpoint, _quiet, free_run)
 
 
 def fit(campaign: Campaign | str | Path, rig: Rig | str | None = None, starts: int = STARTS) -> FitAnswer:
-    """The rig's numbers that have bounds, fitted to a campaign: `rig`, `parameters` with their intervals, `chi2`.
+    """The rig's numbers that have bounds, fitted to a campaign.
 
-    `rig` replaces the one that the campaign names; the best of `starts` searches counts. Raises InputError.
+    Parameters
+    ----------
+    campaign
+        A campaign folder, or a Campaign.
+    rig
+        Another rig than the campaign names: a Rig, a bundled rig's name or a rig file.
+    starts
+        How many searches are made, of which the best counts.
+
+    Returns
+    -------
+    The `rig` with its fitted numbers, `parameters` with their intervals, `chi2`.
+
+    Raises
+    ------
+    InputError
+        For records or a rig that cannot be read, and for records that are not of this rig.
     """
     return fit_campaign(*_loaded(campaign, rig), starts, no_checkpoint, _quiet)
 

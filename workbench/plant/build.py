@@ -22,10 +22,23 @@ _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
 
 
 def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
-    """The whole rig: command, specimen and disturbance in; every signal of the rig out.
+    """The plant of a whole rig: command, specimen and disturbance in; every signal of the rig out.
 
-    `also` are effects beyond those that the rig declares, at their typical numbers. Raises InputError for an effect
-    that does not apply to this kind of rig. A linear plant takes none.
+    Parameters
+    ----------
+    rig
+        The rig; a linear plant takes no effects.
+    also
+        Effects beyond those that the rig declares, at their typical numbers.
+
+    Returns
+    -------
+    The plant.
+
+    Raises
+    ------
+    InputError
+        For an effect that does not apply to this kind of rig.
     """
     if isinstance(rig, LinearRig):
         return build_linear(rig)
@@ -65,6 +78,15 @@ def build_force_port(rig: Rig) -> Plant:
     with its speeds held, the port follows with position and speed held over the same step, and its force then changes
     the speeds. That keeps the damping of a mode w of the masses on the oil and is stable while w H < 2. A force of the
     step before takes w H/2 of damping from it: about zero at 0.1 ms, the wrong sign at 1 ms.
+
+    Parameters
+    ----------
+    rig
+        The rig of the jack.
+
+    Returns
+    -------
+    The plant.
     """
     b = _assembly(rig, f"{rig.name} force port")
     command = b.input("command", "1", 1.0)

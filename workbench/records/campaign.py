@@ -122,11 +122,26 @@ class _Entry:
 
 
 def load_campaign(folder: str | Path, leg: int | None = None, judged: bool = True) -> Campaign:
-    """Read a campaign folder, or the campaign.toml in it; of a platform, the records of one `leg`, counted from 1,
-    whose columns are called after it: `leg3.pa [bar]`.
+    """Read a campaign folder.
 
-    Raises InputError for a bad file, key, record or session, for no heldout record where one is to be `judged`, for one
-    that is also fitted, and for a mapped column that no record has.
+    Parameters
+    ----------
+    folder
+        The folder, or the campaign.toml in it.
+    leg
+        Of a platform, the leg whose records are read, counted from 1: columns are called after it, `leg3.pa [bar]`.
+    judged
+        Whether a held-out record must be there.
+
+    Returns
+    -------
+    The campaign.
+
+    Raises
+    ------
+    InputError
+        For a bad file, key, record or session, a missing held-out record, one that is also fitted, and a mapped column
+        that no record has.
     """
     file = _file(folder)
     top = read_toml(described(file)).allow(*_KEYS)

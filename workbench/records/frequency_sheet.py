@@ -38,9 +38,28 @@ class FrequencySheet:
 def read_sheet(path: str | Path, amplitude: float | None, input: str, output: str) -> FrequencySheet:
     """Read `frequency [Hz],gain [dB],phase [deg]`, a sheet of one amplitude.
 
-    The amplitude is that of the argument (SI of the input) or of a column such as `amplitude [1]`. A gain in dB is
-    referred to the lowest frequency; any other unit is one of output over input, such as `gain [l/min]` for the flow of
-    a command. Raises InputError with file, row and column.
+    A gain in dB is referred to the lowest frequency; any other unit is one of output over input, such as `gain [l/min]`
+    for the flow of a command.
+
+    Parameters
+    ----------
+    path
+        The file.
+    amplitude
+        Amplitude of the input, SI; None where a column such as `amplitude [1]` has it.
+    input
+        Name of the input signal.
+    output
+        Name of the output signal.
+
+    Returns
+    -------
+    The sheet, SI.
+
+    Raises
+    ------
+    InputError
+        With file, row and column.
     """
     path = Path(path)
     for name in (input, output):

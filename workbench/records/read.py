@@ -27,11 +27,32 @@ def read_record(
     stop: float | None = None,
     unused: Collection[str] = (),
 ) -> Record:
-    """Read a record; `mapping` is signal -> column where names or units differ; start <= t < stop in s cut a slice.
-    Signals `unused` are left out.
+    """Read a record.
 
     Mended and noted: NaN in a measured cell (filled, valid False), NaN in the command (held), a few bad time stamps
-    (row left out). Noted only: dropped samples, jitter, columns not used. Raises InputError for everything else.
+    (row left out). Noted only: dropped samples, jitter, columns not used.
+
+    Parameters
+    ----------
+    path
+        The file.
+    mapping
+        Column by signal, where names or units differ.
+    start
+        First time [s] of a slice.
+    stop
+        Time [s] before which the slice ends.
+    unused
+        Signals to leave out.
+
+    Returns
+    -------
+    The record, SI.
+
+    Raises
+    ------
+    InputError
+        For everything else that is wrong with the file.
     """
     path = Path(path)
     table = open_table(path)

@@ -33,12 +33,43 @@ def linear_plant(
 ) -> LinearRig:
     """A system from one input to the position, in the place of a rig: `ClosedLoop(linear_plant(...), controller)`.
 
-    `command` is the system's input at full command, `position` the unit of its output; `delay` [s] of its command,
-    `noise` and `resolution` of its sensor, `load` [1/N]: the command to which a force amounts. `stroke` and the
-    further `limits` speed, force [N], command_rate [1/s] and following_error are those of the guard. Where the
-    position's unit is no length, stroke, speed, following_error, noise and resolution are in its SI unit: rad, N, V,
-    degC, ... A system that is sampled with held inputs may have any period of its own. Raises InputError for one that
-    cannot be taken.
+    Where the position's unit is no length, the numbers in [m] are in its SI unit: rad, N, V, degC, ...
+
+    Parameters
+    ----------
+    system
+        A python-control system; one that is sampled with held inputs may have any period of its own.
+    period
+        Control period [s].
+    stroke
+        Allowed distance from rest [m].
+    name
+        Name of the plant.
+    command
+        Input of the system at full command, in the system's unit.
+    position
+        Unit of the system's output.
+    delay
+        Delay of the command [s].
+    noise
+        Standard deviation of the position sensor's noise [m].
+    resolution
+        Resolution of the position sensor [m].
+    computing_delay
+        Time that the controller takes [s].
+    load
+        Command to which a force amounts [1/N].
+    **limits
+        Limits of the guard: speed [m/s], force [N], command_rate [1/s], following_error [m].
+
+    Returns
+    -------
+    The plant, in the place of a rig.
+
+    Raises
+    ------
+    InputError
+        For a system that cannot be taken.
     """
     model, si = _model(system), measured_as(position)
     units = {"period": "s", "delay": "s", "computing_delay": "s", "noise": si, "resolution": si}

@@ -33,8 +33,26 @@ TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensor
 
 
 def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") -> Rig:
-    """A bundled rig by name, or a rig file by path (relative to `beside`), driven by another `corrector` of its valve
-    where one is given. Raises InputError with file and row."""
+    """A rig from its file.
+
+    Parameters
+    ----------
+    name
+        A bundled rig's name, or the path of a rig file.
+    beside
+        Folder from which a relative path counts.
+    corrector
+        Another corrector of its valve than the file names.
+
+    Returns
+    -------
+    The rig.
+
+    Raises
+    ------
+    InputError
+        With file and row.
+    """
     if corrector:
         return load_rig(name, beside).with_corrector(corrector)
     return _read(*_located(name, beside))
@@ -166,7 +184,15 @@ def _sessions(table: ConfigTable, specs: Mapping[str, Spec]) -> dict[str, dict[s
 
 
 def save_rig(rig: Rig, path: str | Path) -> None:
-    """Write a rig file; `load_rig` reads back the same rig."""
+    """Write a rig file; `load_rig` reads back the same rig.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    path
+        The file.
+    """
     Path(path).write_text(rig_text(rig), encoding="utf-8")
 
 

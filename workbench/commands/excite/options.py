@@ -19,9 +19,9 @@ def options(parser: argparse.ArgumentParser) -> None:
         choices=(*KINDS, *SETS),
         help="kind of excitation; valve-test, force-test: all that a sheet of that command needs",
     )
-    parser.add_argument("--signal", choices=("command", "reference"), default="command")
+    parser.add_argument("--signal", choices=("command", "reference"), default="command", help="signal that is excited")
     parser.add_argument("--amplitude", type=float, help="peak of the command [1] or of the reference [mm]")
-    parser.add_argument("--seconds", type=float, help="length of one period")
+    parser.add_argument("--seconds", type=float, help="length of one period [s]")
     parser.add_argument("--repeat", type=int, default=1, help="number of periods (default: 1)")
     parser.add_argument("--band", type=float, nargs=2, metavar="HZ", help="band of a chirp or multisine")
     parser.add_argument("--lines", type=int, help="about how many lines a multisine has (default: every harmonic)")

@@ -46,13 +46,37 @@ def trace_campaign(
 ) -> TraceAnswer:
     """Why do model and rig disagree? Trace a campaign's residual to the effect that the model lacks.
 
-    campaign: a campaign folder, or a Campaign. rig: a Rig, a bundled rig's name or a rig file; without one, the rig
-    that the campaign names. effects: Python files with effects of your own. without: names that are not to be tried.
-    several: the rig is known to lack more than one effect, so that those which only explain a part are added too.
-    learns: where names leave a misfit, its shape is learned, which may take longer than all else.
-    over: whether the time for a search is over, which then ends with what it has found.
-    jobs: worker processes; the answer is the same. A script that asks for several needs `if __name__ == "__main__"`.
-    Raises InputError for records, a rig or effects that cannot be read, and for records that are not of this rig.
+    Parameters
+    ----------
+    campaign
+        A campaign folder, or a Campaign.
+    rig
+        Another rig than the campaign names: a Rig, a bundled rig's name or a rig file.
+    effects
+        Python files with effects of your own.
+    without
+        Names of effects that are not to be tried.
+    several
+        Whether the rig is known to lack more than one effect, so that those which only explain a part are added too.
+    stage
+        How long stages are kept; nothing is kept by default.
+    progress
+        What is told of the progress.
+    jobs
+        Worker processes; the answer is the same. A script that asks for several needs `if __name__ == "__main__"`.
+    learns
+        Whether, where names leave a misfit, its shape is learned, which may take longer than all else.
+    over
+        Whether the time for a search is over, which then ends with what it has found.
+
+    Returns
+    -------
+    The verdict, the effects with their numbers, and the rig that has them.
+
+    Raises
+    ------
+    InputError
+        For records, a rig or effects that cannot be read, and for records that are not of this rig.
     """
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign_folder(campaign))

@@ -52,13 +52,35 @@ def fit_fractional(
     order: float | Fraction | None = None,
     relative: bool = False,
 ) -> FractionalFit:
-    """b_0 + ... + b_zeros s^(zeros q) over a_0 + ... + a_poles s^(poles q), near a response [k] at f [k] in Hz.
+    """b_0 + ... + b_zeros s^(zeros q) over a_0 + ... + a_poles s^(poles q), fitted to a frequency response.
 
     For a commensurate order q by the weighted linear least squares of Levy, repeated after Sanathanan and Koerner (IEEE
-    Trans. Automatic Control 8(1), 1963; for fractional orders Valério and Sá da Costa, Signal Processing 86(10), 2006);
-    without `order`, q is searched, to four digits. Every frequency counts alike, by its relative error. A `relative`
-    response, as a FrequencySheet has it, may be turned by a constant phase, which the fit finds. Raises InputError for
-    fewer frequencies than coefficients or a response that vanishes.
+    Trans. Automatic Control 8(1), 1963; for fractional orders Valério and Sá da Costa, Signal Processing 86(10), 2006).
+    Every frequency counts alike, by its relative error.
+
+    Parameters
+    ----------
+    f
+        Frequencies [k] in Hz, above 0.
+    response
+        Complex response [k], nowhere 0.
+    zeros
+        Degree of the numerator in s^q.
+    poles
+        Degree of the denominator in s^q.
+    order
+        q [1]; searched, to four digits, where none is given.
+    relative
+        Whether the response, as a FrequencySheet has it, may be turned by a constant phase, which the fit finds.
+
+    Returns
+    -------
+    The system, beside the response at its true phase, with the relative error.
+
+    Raises
+    ------
+    InputError
+        For fewer frequencies than coefficients, or a response that vanishes.
     """
     f, response = np.asarray(f, float), np.asarray(response, complex)
     if zeros < 0 or poles < zeros:

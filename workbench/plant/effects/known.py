@@ -76,7 +76,19 @@ def missing(effect: Effect, kind: str) -> str:
 def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
     """Every effect of the library and of a rig's `effect_files`.
 
-    Raises InputError as `load_effects`, and for a formula that is there twice.
+    Parameters
+    ----------
+    files
+        Python files with further effects.
+
+    Returns
+    -------
+    The effects.
+
+    Raises
+    ------
+    InputError
+        As `load_effects`, and for a formula that is there twice.
     """
     effects = {(effect.name, effect.formula): effect for effect in (*LIBRARY, *PUMP_LIBRARY)}
     for path in files:
