@@ -1,13 +1,19 @@
 """A starter folder runs as it is written; a bundled rig is exported as a file that reads back the same."""
 
 import json
+import re
+import tomllib
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
 import pytest
 
 from workbench.cli import main
+from workbench.commands import COMMANDS, folder
 from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.declared import Experiment, meanings
+from workbench.commands.new.experiments import KINDS
 from workbench.commands.tune.options import load_tune
 from workbench.rigs.datasheet import load_datasheet
 from workbench.rigs.rig_file import bundled, load_rig
@@ -103,6 +109,39 @@ def test_what_its_readme_names_is_there(tmp_path, monkeypatch, capsys):
         assert (tmp_path / "mine" / name).is_file()
     assert main(["residual", "mine/campaign"]) == 2
     assert "static.csv" in capsys.readouterr().err
+
+
+def kinds(of: type[Experiment] = Experiment) -> set[type[Experiment]]:
+    """Every kind of experiment that the workbench declares."""
+    for command in COMMANDS:
+        import_module(f"workbench.commands.{folder(command)}.options")
+    own = {of} if "KIND" in vars(of) and of.__module__.startswith("workbench.") else set()
+    return own.union(*map(kinds, of.__subclasses__()))
+
+
+def test_every_declared_kind_has_a_starter_that_loads_and_names_its_keys(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    loaded = set()
+    for of, rig in {"jack": "jack-10t", "platform": "hexapod"}.items():
+        assert main(["new", of, "--rig", rig]) == 0
+        for name, kind in KINDS[of].items():
+            text = (tmp_path / of / name).read_text()
+            assert isinstance(kind.load(tmp_path / of / name), kind)
+            further = set(re.findall(r"^#   (\w+): ", text, re.MULTILINE))
+            assert further.isdisjoint(tomllib.loads(text))
+            assert further | tomllib.loads(text).keys() == meanings(kind).keys()
+            assert all(meaning in text for meaning in meanings(kind).values())
+            assert f" {name} " in (tmp_path / of / "README.md").read_text()
+            loaded.add(kind)
+    assert loaded == kinds()
+
+
+def test_an_experiment_that_the_rig_cannot_play_is_left_out(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "crane", "--rig", "crane"]) == 0
+    for name in ("bench.toml", "automatic.toml", "paper.toml"):
+        assert not (tmp_path / "crane" / name).exists()
+        assert name not in (tmp_path / "crane" / "README.md").read_text()
 
 
 def test_an_existing_folder_is_refused(tmp_path, monkeypatch, capsys):

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
-from ...rigs.platform import Platform, is_platform, load_platform
+from ...rigs.platform import Platform, load_rig_or_platform
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig
 from ..common.new_folder import check_new
 from ..common.shipped import experiment
 from .compiler import compiler
@@ -27,7 +26,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _fmu(options: argparse.Namespace, _words: list[str]) -> None:
     compiler()
-    rig, spec = _loop(options) if options.controller else (_subject(options.rig), None)
+    rig, spec = _loop(options) if options.controller else (load_rig_or_platform(options.rig), None)
     folder = options.out or Path(f"{rig.name}-fmu")
     check_new(folder)
     from .archive import leave_fmu
@@ -37,10 +36,6 @@ def _fmu(options: argparse.Namespace, _words: list[str]) -> None:
     model = platform_model(rig) if isinstance(rig, Platform) else fmu_model(rig, spec)
     name = f"{rig.name}-{spec.name}.fmu" if spec else f"{rig.name}.fmu"
     print(leave_fmu(folder, name, model))
-
-
-def _subject(name: str) -> Rig | Platform:
-    return load_platform(name) if is_platform(name) else load_rig(name)
 
 
 def _loop(options: argparse.Namespace) -> tuple[Rig, "ControllerSpec"]:

@@ -2,5 +2,6 @@
 
 ask         a datasheet, asked for on the terminal
 starter     the text of every file: the first gain follows from the rig
-template    the files of the folder, with the rig's numbers left open
+experiments the experiments, made of what their kinds declare
+template    the other files of the folder, and what experiments begin with, with the rig's numbers left open
 """

@@ -6,8 +6,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...rigs.datasheet import load_datasheet
+from ...rigs.platform import load_rig_or_platform
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig
 from ..common.new_folder import check_new, write_folder
 from .ask import STAGES, asked_datasheet
 
@@ -18,7 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     parser.add_argument("folder", type=Path, metavar="DIR", help="the folder to make")
     source = parser.add_mutually_exclusive_group()
-    source.add_argument("--rig", default="jack-10t", help="a bundled rig or a rig file (default: jack-10t)")
+    source.add_argument("--rig", default="jack-10t", help="a bundled rig or platform, or its file (default: jack-10t)")
     source.add_argument(
         "--datasheet", type=Path, metavar="FILE", help="build the rig from this datasheet, as new-rig does"
     )
@@ -43,7 +43,7 @@ def _files(options: argparse.Namespace) -> dict[str, str]:
             write_folder(Path(place) / "sheet", sheet)
             rig = _built(Path(place) / "sheet" / _DATASHEET)
     else:
-        rig = load_rig(options.rig) if options.datasheet is None else _built(options.datasheet)
+        rig = load_rig_or_platform(options.rig) if options.datasheet is None else _built(options.datasheet)
     from .starter import starter_files
 
     bundled = None if options.ask or options.datasheet else options.rig

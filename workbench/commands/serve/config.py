@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...base.errors import InputError
-from ...base.toml import read_toml
 from ...base.units import quantity
 from ...loop.rig_variations import RIG_SET, variation
-from ...rigs.platform import Platform, bundled_platforms, load_platform
+from ...rigs.platform import Platform, load_rig_or_platform
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig, read_effects
+from ...rigs.rig_file import read_effects
 from ...rigs.schema import CONTROL
 
 FASTEST = 5000.0  # Hz in real time
@@ -36,7 +35,7 @@ def service(
     """The rig or platform to serve. Raises InputError for what cannot be."""
     if wanted.host and not wanted.token:
         raise InputError(f"--bind {wanted.host}: others can reach the rig there; give it a --token")
-    rig = _named(name)
+    rig = load_rig_or_platform(name)
     if effects is not None:
         more = read_effects(effects)
         rig = _changed(rig, lambda each: replace(each, effects=(*each.effects, *more)))
@@ -50,16 +49,6 @@ def service(
     if not wanted.lockstep and fastest > FASTEST * (1 + 1e-9):
         raise InputError(f"--rate {fastest:g}: at most {FASTEST:g} Hz in real time; --lockstep has no limit")
     return rig
-
-
-def _named(name: str) -> Rig | Platform:
-    if name in bundled_platforms() or (name.endswith(".toml") and Path(name).is_file() and _is_platform(Path(name))):
-        return load_platform(name)
-    return load_rig(name)
-
-
-def _is_platform(path: Path) -> bool:
-    return "payload" in read_toml(path).values
 
 
 def _changed(rig: Rig | Platform, change: Callable[[Rig], Rig]) -> Rig | Platform:

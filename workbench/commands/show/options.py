@@ -7,10 +7,9 @@ from typing import Any
 
 from ...base.errors import InputError
 from ...base.files import check_place
-from ...rigs.platform import Platform, bundled_platforms, is_platform, load_platform
+from ...rigs.platform import Platform, bundled_platforms, load_rig_or_platform
 from ...rigs.platform.platform_file import platform_path
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig
 from ..common.options import prints
 from .rig_file import rig_file
 
@@ -24,7 +23,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace, _words: list[str]) -> None:
-    rig = load_platform(options.rig) if is_platform(options.rig) else load_rig(options.rig)
+    rig = load_rig_or_platform(options.rig)
     if options.out is not None:
         _write(options.out, _text(options.rig, rig))
     elif options.toml:

@@ -9,7 +9,7 @@ kinematics      pose to legs and back, in numpy alone
 from .effects import PlatformEffect, platform_effect
 from .kinematics import AXES, Geometry, forward, leg_lengths, leg_speeds, pose_rates
 from .platform import LEGS, Leg, Platform
-from .platform_file import bundled_platforms, is_platform, load_platform
+from .platform_file import bundled_platforms, is_platform, load_platform, load_rig_or_platform
 
 __all__ = [
     "AXES",
@@ -24,6 +24,7 @@ __all__ = [
     "leg_lengths",
     "leg_speeds",
     "load_platform",
+    "load_rig_or_platform",
     "platform_effect",
     "pose_rates",
 ]

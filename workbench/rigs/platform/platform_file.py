@@ -38,6 +38,11 @@ def is_platform(name: str | Path) -> bool:
     return str(name) in bundled_platforms() or (path.suffix == ".toml" and path.is_file() and "legs" in read_toml(path))
 
 
+def load_rig_or_platform(name: str) -> Rig | Platform:
+    """A bundled rig or platform by name, or the file of one. Raises InputError."""
+    return load_platform(name) if is_platform(name) else load_rig(name)
+
+
 def load_platform(name: str | Path, beside: Path | None = None) -> Platform:
     """A bundled platform by name, or a file by path (relative to `beside`). Raises InputError with file and row."""
     if str(name) in bundled_platforms():
