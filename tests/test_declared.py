@@ -1,6 +1,7 @@
 """An experiment is declared once: its file, its options, its Python and its reference page are made of its fields."""
 
 import argparse
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from workbench.commands.common.declared import (
     quantity,
     takes_experiment,
 )
+from workbench.commands.common.experiment_file import with_names
 from workbench.commands.sines.options import SinesConfig
 from workbench.commands.tune.options import load_tune
 
@@ -112,6 +114,15 @@ def test_names_of_before_are_read_with_a_line_that_says_todays(tmp_path, capsys)
         "weights.settling: is called settling_s now",
         "weights.robustness: is called ms now",
     ]
+
+
+def test_what_ships_has_todays_names():
+    files = [path for folder in (EXPERIMENTS, EXPERIMENTS.parent / "docs" / "files") for path in folder.rglob("*.toml")]
+    assert len(files) > 50
+    for path in files:
+        old = []
+        with_names(tomllib.loads(path.read_text("utf-8")), (), old)
+        assert not old, path
 
 
 def test_an_old_name_beside_todays_is_refused(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.base import units
 from workbench.base.errors import InputError
-from workbench.base.units import from_si, to_si
+from workbench.base.units import converts, from_si, to_si
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,11 @@ def test_a_unit_of_another_kind_is_refused(unit, message):
 
 
 ROOT = Path(__file__).parents[1]
+
+
+@pytest.mark.parametrize(("unit", "si", "is_one"), [("mm", "m", True), ("bar", "m", False), ("furlungs", "m", False)])
+def test_whether_a_unit_is_of_a_kind(unit, si, is_one):
+    assert converts(unit, si) == is_one
 
 
 def test_common_units_are_pint_s_to_the_last_bit():
