@@ -7,6 +7,7 @@ from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from workbench.cli import main
@@ -88,6 +89,23 @@ def test_at_most_is_an_answer_for_leakage_and_hysteresis(tmp_path, monkeypatch):
     assert most.value == pytest.approx(plain.value)
     assert (most.low, most.high) == pytest.approx((plain.value / 10, 2 * plain.value), rel=0.02)
     assert (rigs["plain"]["z0"].high, rigs["most"]["z0"].high) == pytest.approx((0.02, 0.035))
+
+
+def test_a_piston_may_be_told_by_bore_and_rod_and_a_hose_by_bore_and_length(tmp_path, monkeypatch, capsys):
+    """Its oil counts as dead volume; and a threshold widens the null as half of a hysteresis does."""
+    monkeypatch.chdir(tmp_path)
+    answers = TWO_STAGE.replace("20 cm^2", "50 mm").replace("10cm^2", "36 mm x 50 mm\n50 mm x 36 mm") + "2 %\n1 %\n"
+    for name, hose in (("on", ""), ("beside", "20 mm / 2 m\n")):
+        monkeypatch.setattr("sys.stdin", StringIO(answers + hose))
+        assert main(["new", name, "--ask", "two-stage"]) == 0
+    assert "36 mm x 50 mm: " in capsys.readouterr().out  # no rod is thicker than its piston
+    on, beside = (load_rig(f"{name}/rig.toml") for name in ("on", "beside"))
+    assert (on["AA"], on["AB"]) == pytest.approx((np.pi / 4 * 0.05**2, np.pi / 4 * (0.05**2 - 0.036**2)), rel=1e-4)
+    assert "bore and rod, 50 mm x 36 mm" in on.numbers["AB"].source
+    more = np.pi / 4 * 0.02**2 * 2
+    assert [beside[name] - on[name] for name in ("V0A", "V0B")] == pytest.approx([more, more], rel=0.01)
+    assert "0.628 l of hose" in beside.numbers["V0A"].source
+    assert on.numbers["z0"].high == pytest.approx(0.02 + 0.015)
 
 
 def test_answers_that_end_name_all_that_is_missing_and_leave_nothing(tmp_path, monkeypatch, capsys):

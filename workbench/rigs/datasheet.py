@@ -28,6 +28,7 @@ from .tolerances import with_tolerance
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
+HOSE = Spec("m^3", 0.0, 0.5, "volume of the hose or pipe from the valve to a chamber")
 _DIGITS = 3  # of a rule of thumb
 
 
@@ -50,7 +51,7 @@ class DatasheetResponse:
 @dataclass(frozen=True)
 class Datasheet:
     """A datasheet, SI: `valve` holds its scalar figures by name, `ranges` between what those lie that it states so, and
-    `given` the rig's numbers that it states.
+    `given` the rig's numbers that it states, `hose` the volume [m^3] of the one to each chamber.
 
     `geometry` is the rig that a three-stage valve's published numbers are taken from, `rounding` how far each of them
     may move, half a unit of its last printed digit. `read` is the file as it was read.
@@ -65,6 +66,7 @@ class Datasheet:
     ranges: Mapping[str, tuple[float, float]]
     responses: tuple[DatasheetResponse, ...]
     given: Mapping[str, Number]
+    hose: float
     geometry: Rig | None
     rounding: Mapping[str, float]
     read: Mapping[str, Any]
@@ -105,6 +107,7 @@ def load_datasheet(path: str | Path) -> Datasheet:
         _ranges(valve, stated),
         _responses(valve, kind),
         _given(top, kind, jack),
+        top.table("jack").quantity("hose", HOSE, "source", "bounds") if "hose" in top.table("jack") else 0.0,
         geometry,
         _rounding(valve.optional_table("rounding"), geometry) if geometry else {},
         top.values,
@@ -116,7 +119,7 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
 
     Raises InputError for a number that is not possible.
     """
-    known = {name: number.value for name, number in (*sheet.given.items(), *valve.items())}
+    known = {name: number.value for name, number in (*sheet.given.items(), *valve.items())} | {"hose": sheet.hose}
     areas = (known[sheet.areas[0]], known[sheet.areas[1]])
     specs = number_specs(sheet.kind, corrector, sheet.jack)
     numbers: dict[str, Number] = {}
@@ -142,13 +145,14 @@ def main_lands(sheet: Datasheet, travel: float, eps: float) -> float:
 
 def _thumb(name: str, known: Mapping[str, float], areas: tuple[float, float]) -> tuple[float, str]:
     """A rule of thumb for a number of jack, oil or load, which may use those before it in the schema."""
-    area, net = areas[0], known["Ps"] - known["Pr"]
+    area, net, hose = areas[0], known["Ps"] - known["Pr"], known["hose"]
+    dead = "a tenth of the swept volume" + (f", and {1e3 * hose:.3g} l of hose" if hose else "")
     rules = {
         "beta": lambda: (1e9, "mineral oil with hoses and a little air"),
         "xmid": lambda: (0.0, "position counted from mid stroke"),
-        "V0": lambda: (0.1 * area * known["S"], "a tenth of the swept volume"),
-        "V0A": lambda: (0.1 * area * known["S"], "a tenth of the swept volume"),
-        "V0B": lambda: (0.1 * areas[1] * known["S"], "a tenth of the swept volume"),
+        "V0": lambda: (0.1 * area * known["S"] + hose, dead),
+        "V0A": lambda: (0.1 * area * known["S"] + hose, dead),
+        "V0B": lambda: (0.1 * areas[1] * known["S"] + hose, dead),
         "Cl": lambda: (2e-3 * _lands(known) / np.sqrt(2 * net), "0.2 % of full flow at full pressure"),
         "ke": lambda: (1e3 * net * area / known["S"], "the stall force gives it 0.1 % of the stroke"),
         "ce": lambda: (np.sqrt(known["ke"] * known["M"]), "half of critical with the moving mass"),
@@ -220,7 +224,7 @@ def _given(top: ConfigTable, kind: ValveKind, jack: str) -> dict[str, Number]:
     given = {}
     for section, numbers in specs.items():
         part = top.optional_table(section) if section == "oil" else top.table(section)
-        part.allow(*numbers, *(("kind",) if section == "jack" else ()))
+        part.allow(*numbers, *(("kind", "hose") if section == "jack" else ()))
         for name, spec in numbers.items():
             if name in part or name in needed:
                 given[name] = read_number(part, name, spec, "datasheet")

@@ -1,17 +1,19 @@
 """A datasheet asked for on the terminal, a number at a time.
 
-Makers state leakage and hysteresis as what they are at most: such an answer is taken as the range up to that, and half
-of it. The hysteresis, asked for last, need not be answered.
+Makers state leakage, hysteresis and threshold as what they are at most: such an answer is taken as the range up to
+that, and half of it. A piston may be told by its bore and rod, a hose by its bore and length. What is asked for last,
+hysteresis, threshold and hose, need not be answered.
 """
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from ...base.errors import InputError, nearest
 from ...base.toml_text import toml_text
-from ...base.units import number_and_unit, quantity
-from ...rigs.datasheet import KIND
+from ...base.units import from_si, number_and_unit, quantity
+from ...rigs.datasheet import HOSE, KIND
 from ...rigs.datasheet_keys import DatasheetEntry, figures
 from ...rigs.jack import JACKS
 from ...rigs.valve import VALVES
@@ -25,6 +27,8 @@ _EXAMPLES = {
     "rated_flow": "40 l/min",
     "rated_drop": "70 bar",
     "hysteresis": "at most 3 %; an empty line where it is not stated",
+    "threshold": "at most 0.5 %; an empty line where it is not stated",
+    "hose": "19 mm x 2 m; an empty line where the valve sits on the jack",
     "leakage": "1 l/min, or at most 1 l/min",
     "leakage_drop": "210 bar",
     "n": "1",
@@ -34,15 +38,16 @@ _EXAMPLES = {
     "reference": "5 Hz",
     "f3db": "60 Hz",
     "f90": "80 Hz",
-    "Aj": "46.7 cm^2",
-    "AA": "20 cm^2",
-    "AB": "10 cm^2",
+    "Aj": "bore x rod, 100 mm x 63 mm, or 46.7 cm^2",
+    "AA": "the bore, 50 mm, or 20 cm^2",
+    "AB": "bore x rod, 50 mm x 36 mm, or 10 cm^2",
     "S": "500 mm",
     "M": "1000 kg",
 }
 
+_PAIR = re.compile(r"(?P<first>[^x]+?)\s*[x/]\s*(?P<second>\S.*)")
 _AT_MOST = re.compile(r"(?:at most|up to|below|max(?:imum|\.)?|<=?|\u2264)\s*(?P<end>.+)", re.IGNORECASE)
-_LEAST = {"leakage": 0.05, "hysteresis": 0.0}  # of what a figure is at most, and of which it is half
+_LEAST = {"leakage": 0.05, "hysteresis": 0.0, "threshold": 0.0}  # of what a figure is at most, and of which it is half
 
 T = TypeVar("T")
 Ask = Callable[[str], str]
@@ -65,8 +70,8 @@ def asked_datasheet(stages: str, name: str, ask: Ask = input) -> str:
         except EOFError:
             names = ", ".join(_label(figure) for figure in wanted[len(answers) :])
             raise InputError(f"the answers ended before {names}; answer every question") from None
-    for key, spec in kind.further_figures.items():
-        further = DatasheetEntry("valve", key, spec)
+    extra = [DatasheetEntry("valve", key, spec) for key, spec in kind.further_figures.items()]
+    for further in (*extra, DatasheetEntry("jack", "hose", HOSE)):
         try:
             answer = _asked(ask, _prompt(further), lambda text, of=further: _number(text, of) if text else None)
         except EOFError:
@@ -92,6 +97,8 @@ def _jack(answer: str) -> str:
 
 
 def _number(answer: str, figure: DatasheetEntry) -> dict[str, Any]:
+    if figure.section == "jack" and (told := _by_diameters(answer, figure)):
+        return told
     if (limit := _AT_MOST.fullmatch(answer)) and figure.key in _LEAST:
         most = _number(limit["end"], figure)
         half, bounds = most["value"] / 2, [_LEAST[figure.key] * most["value"], most["value"]]
@@ -100,6 +107,27 @@ def _number(answer: str, figure: DatasheetEntry) -> dict[str, Any]:
         raise InputError(problem)
     value, unit = number_and_unit(answer, figure.spec.unit)
     return {"value": value, "unit": unit, "source": "datasheet"}
+
+
+def _by_diameters(answer: str, figure: DatasheetEntry) -> dict[str, Any] | None:
+    """The area of a piston by its bore and its rod, the volume of a hose by its bore and its length; None of another
+    answer."""
+    pair = _PAIR.fullmatch(answer)
+    try:
+        lengths = [quantity(part, "m") for part in (pair.groups() if pair else (answer,))]
+    except InputError:
+        return None
+    bore, other = lengths[0], lengths[1] if pair else 0.0
+    if figure.key == "hose" and pair:
+        value, unit, words = math.pi / 4 * bore**2 * other, "l", "a hose"
+    elif figure.key in ("Aj", "AA", "AB"):
+        value, unit, words = math.pi / 4 * (bore**2 - other**2), "cm^2", "bore and rod" if pair else "a bore"
+    else:
+        return None
+    if problem := figure.spec.problem(value):
+        raise InputError(f"{answer}: {problem}")
+    shown = float(f"{from_si(value, unit, figure.spec.unit):.5g}")
+    return {"value": shown, "unit": unit, "source": f"datasheet: {words}, {answer}"}
 
 
 def _label(figure: DatasheetEntry) -> str:

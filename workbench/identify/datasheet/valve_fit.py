@@ -81,8 +81,13 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "eps": tuple(max(_lap(sheet, end), least) for end in sheet.ranges.get("leakage", ())),
     }
     bounded = {name: replace(numbers[name], low=ends[0], high=ends[1]) for name, ends in stated.items() if ends}
-    if "hysteresis" in sheet.valve:
-        bounded["z0"] = _null(numbers["z0"], max(sheet.ranges.get("hysteresis", (sheet.valve["hysteresis"],))))
+    widths = {
+        key: max(sheet.ranges.get(key, (sheet.valve[key],)))
+        for key in ("hysteresis", "threshold")
+        if key in sheet.valve
+    }
+    if widths:
+        bounded["z0"] = _null(numbers["z0"], widths)
     return numbers | bounded
 
 
@@ -95,11 +100,11 @@ def _lap(sheet: Datasheet, leakage: float) -> float:
     return float(_TRAVEL * share / (1 - share))
 
 
-def _null(z0: Number, hysteresis: float) -> Number:
-    """The null of a valve whose spool stands anywhere in its loop of hysteresis, of so much of full command."""
+def _null(z0: Number, widths: Mapping[str, float]) -> Number:
+    """The null of a valve whose spool stands anywhere in its loop of hysteresis and its threshold, of full command."""
     usual = TOLERANCES["z0"]
-    far = usual.beside + hysteresis / 2
-    said = f"{z0.source}; +-{far:.3g}: {usual.why}, and half of the hysteresis lies to each side"
+    far = usual.beside + sum(widths.values()) / 2
+    said = f"{z0.source}; +-{far:.3g}: {usual.why}, and half of the {' and the '.join(widths)} lies to each side"
     return replace(z0, low=-far, high=far, source=said)
 
 

@@ -47,7 +47,7 @@ def second_order_rig(seed: int) -> Rig:
     numbers = {name: _number(name, value, specs[name].unit) for name, value in (stated | valve).items()}
     name = f"{SECOND_ORDER}-{seed}"
     given = {key: numbers[key] for key in stated}
-    sheet = Datasheet(name, "", "drawn", SECOND_ORDER, jack, {}, {}, (), given, None, {}, {})
+    sheet = Datasheet(name, "", "drawn", SECOND_ORDER, jack, {}, {}, (), given, 0.0, None, {}, {})
     rig = build_rig(sheet, {key: numbers[key] for key in valve})
     return _measured(rig, _number("Mr", mass * _between(drawn, BETWEEN_CELL), "kg"), drawn)
 
