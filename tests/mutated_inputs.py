@@ -21,12 +21,12 @@ from mutated_tables import record_columns, sheet_columns, write_csv, write_mat, 
 
 from workbench.base.errors import InputError
 from workbench.base.units import to_si
-from workbench.commands.common.bench_experiment import load_bench
-from workbench.commands.inverse.options import load_inverse
+from workbench.commands.common.bench_experiment import BenchConfig
+from workbench.commands.inverse.options import InverseConfig
 from workbench.commands.learn.options import load_any
 from workbench.commands.robustness.options import load_any as load_robustness
 from workbench.commands.run.options import load_config
-from workbench.commands.sines.options import load_sines
+from workbench.commands.sines.options import SinesConfig
 from workbench.commands.train.options import load_train
 from workbench.commands.tune.options import load_tune
 from workbench.records import load_campaign, read_record
@@ -44,11 +44,11 @@ LOADERS: dict[str, Callable[[Path], Any]] = {
     **dict.fromkeys(("step", "paper", "corrector"), load_config),
     "tune": load_tune,
     "train": load_train,
-    "bench": load_bench,
+    "bench": BenchConfig.load,
     "learn": load_any,
-    "inverse": load_inverse,
+    "inverse": InverseConfig.load,
     "robustness": load_robustness,
-    "sines": load_sines,
+    "sines": SinesConfig.load,
     "new-rig": load_datasheet,
 }
 CAMPAIGN: dict[str, Any] = {

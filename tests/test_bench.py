@@ -11,7 +11,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.commands.bench import study as study
 from workbench.commands.bench.verdict import verdict_sentence
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.head import whole_page
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
@@ -60,7 +60,7 @@ def loaded(folder, text):
     slow = (EXPERIMENTS / "position_step.toml").read_text().replace("{value = 0.24,", "{value = 0.12,", 1)
     (folder / "steps.toml").write_text(slow)  # its P meets every goal
     (folder / "tiny.toml").write_text(text)
-    return load_bench(folder / "tiny.toml")
+    return BenchConfig.load(folder / "tiny.toml")
 
 
 @pytest.fixture(scope="module")
@@ -275,7 +275,7 @@ def test_sines_sweep_the_nominal_rig_at_parts_of_its_stroke_and_say_where_a_limi
 
 
 def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force():
-    config = load_bench(EXPERIMENTS / "benchmark.toml")
+    config = BenchConfig.load(EXPERIMENTS / "benchmark.toml")
     position, force = config.loops
     assert [chosen.name for chosen in position.controllers] == [
         "p",
@@ -298,7 +298,7 @@ def test_the_shipped_bench_has_every_controller_in_loops_of_position_and_force()
 
 
 def test_a_bench_of_one_s_own_has_the_automatic_controller_that_the_shipped_one_has(config):
-    said, shipped = [], load_bench(EXPERIMENTS / "benchmark.toml")
+    said, shipped = [], BenchConfig.load(EXPERIMENTS / "benchmark.toml")
     (loop,) = study.beside_automatic(config, said.append).loops
     assert [spec.name for spec in loop.controllers] == ["p", "p-dp", "automatic"]
     assert said == []

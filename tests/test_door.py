@@ -383,13 +383,13 @@ def test_an_inverse_before_loops_lessens_the_error_of_a_record(loop):
 
 
 def test_faults_begin_in_a_step_of_the_loop_s_own_rig(loop, monkeypatch):
-    from workbench.commands.faults.options import load_faults
+    from workbench.commands.faults.options import FaultsConfig
     from workbench.notebook import judgements
 
     asked = []
     monkeypatch.setattr(judgements, "run_faults", lambda trials, *_: asked.append(trials))
     wb.faults(loop, plants=3)
-    (trials,), filed = asked, load_faults(ROOT / "experiments/faults.toml")
+    (trials,), filed = asked, FaultsConfig.load(ROOT / "experiments/faults.toml")
     assert trials.loops[0].step == filed.loops[0].step
     assert (trials.stroke, trials.seconds) == (filed.stroke, filed.seconds)
 

@@ -9,7 +9,7 @@ import pytest
 from made_experiments import P_DP
 
 from workbench.cli import main
-from workbench.commands.learn.options import load_learning
+from workbench.commands.learn.options import LearnConfig
 from workbench.loop.learning import STOPS, learn, learn_lanes, learning_filter, record_frequencies
 from workbench.loop.repeated_record import PlayedLanes
 from workbench.loop.rows import linear_loops
@@ -57,7 +57,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_lanes_learn_what_each_loop_learns_by_itself(folder):
     """The first drawn plant is the nominal one: the same iterations, noise on."""
-    config = load_learning("learn.toml")
+    config = LearnConfig.load("learn.toml")
     record, spec = config, config.controller
     (setup, _) = record.setups(spec).values()
     reference = record.reference

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_loops import run_loop
 
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.rig_variations import with_delay
@@ -18,7 +18,7 @@ EXPERIMENT = Path(__file__).parents[1] / "experiments" / "large_steps.toml"
 @pytest.mark.parametrize("start", [0.0, -0.21])
 @pytest.mark.parametrize("rig", ["nominal", "mass-50", "mass+50", "supply-20"])
 def test_a_planned_motion_of_200_mm_neither_overshoots_nor_cavitates(rig, start):
-    loop = load_bench(EXPERIMENT).loops[0]
+    loop = BenchConfig.load(EXPERIMENT).loops[0]
     late = with_delay(loop.rigs[rig], 3e-4)
     plant = build(late)
     controller = next(spec for spec in loop.controllers if spec.name == "p-dp-flow").build(late.period.value)

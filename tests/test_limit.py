@@ -9,7 +9,7 @@ from made_plants import carriage
 
 from workbench.base.errors import InputError
 from workbench.cli import main
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.step_experiment import load_steps
 from workbench.commands.limit.study import placed_steps
 from workbench.engine.collocation import MotionConstraints
@@ -138,7 +138,7 @@ def test_times_the_limit_where_both_are_known():
 
 
 def test_steps_start_at_three_places_and_press_on_every_specimen():
-    steps = placed_steps(load_bench("experiments/benchmark.toml"))
+    steps = placed_steps(BenchConfig.load("experiments/benchmark.toml"))
     ten = [step.position for step in steps if step.scenario.name == "position-10mm"]
     assert ten == pytest.approx([-0.12, 0.0, 0.12])
     force = {(step.position, step.rig.specimen_stiffness) for step in steps if step.scenario.name == "force-20kn"}
@@ -148,7 +148,7 @@ def test_steps_start_at_three_places_and_press_on_every_specimen():
 
 
 def test_a_force_presses_on_three_specimens_softer_and_stiffer_than_the_oil(rig):
-    steps = placed_steps(load_bench("experiments/limits.toml"))
+    steps = placed_steps(BenchConfig.load("experiments/limits.toml"))
     stiffness = {step.rig.specimen_stiffness for step in steps if step.scenario.signal == "force"}
     assert stiffness == {1e6, 1e7, 1e8}
     assert min(stiffness) < oil_stiffness(rig) < max(stiffness)
@@ -156,7 +156,7 @@ def test_a_force_presses_on_three_specimens_softer_and_stiffer_than_the_oil(rig)
 
 def test_a_rig_of_the_set_with_another_specimen_counts_whole(rig):
     """Its mass and its oil too: those of the hardest plants of a force loop."""
-    steps = placed_steps(load_bench("experiments/limits_force.toml"))
+    steps = placed_steps(BenchConfig.load("experiments/limits_force.toml"))
     light = next(step.rig for step in steps if step.of == "soft-light")
     assert (light["M"], light["beta"], light["ks"]) == pytest.approx((0.5 * rig["M"], 0.5 * rig["beta"], 1e6))
     assert len({step.name for step in steps}) == len(steps) == 4 * (3 + 1 + 1)

@@ -11,7 +11,7 @@ import workbench as wb
 from controllers import P, PidLead, PressureFeedback
 from workbench.commands.live.config import load_live
 from workbench.commands.live.session import Session
-from workbench.commands.robustness.options import load_robustness
+from workbench.commands.robustness.options import RobustnessConfig
 from workbench.control.protocol import linear_view
 from workbench.linear import Equilibrium
 from workbench.linear.sampling import sampled_plant
@@ -96,7 +96,7 @@ def space():
 
 @cache
 def drawn_plants():
-    config = load_robustness(EXPERIMENTS / "robustness.toml", plants=3)
+    config = RobustnessConfig.load(EXPERIMENTS / "robustness.toml", plants=3)
     return plants_by_block(config)(0.3e-3, range(3)), [place for place in places(config) if place.position is None]
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from workbench.cli import main
 from workbench.commands import COMMANDS, folder
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.declared import Experiment, meanings
 from workbench.commands.new.experiments import KINDS
 from workbench.commands.tune.options import load_tune
@@ -33,7 +33,7 @@ def test_its_experiments_run_from_the_folder(tmp_path, monkeypatch, rig):
         assert not row["tripped"]
         assert row["gain_margin_db"] > 6
     assert load_tune("tune.toml").start.rig.numbers == load_rig(rig).numbers
-    assert [spec.name for spec in load_bench("bench.toml").loops[0].controllers] == ["p", "mine"]
+    assert [spec.name for spec in BenchConfig.load("bench.toml").loops[0].controllers] == ["p", "mine"]
 
 
 TWO_STAGE = """differential

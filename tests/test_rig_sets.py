@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.experiment_file import data_files
 from workbench.loop.rig_variations import variation
 from workbench.rigs.rig_file import load_rig, save_rig
@@ -45,7 +45,7 @@ def folder(tmp_path, rig):
 
 def loaded(folder, text):
     (folder / "bench.toml").write_text(text)
-    (loop,) = load_bench(folder / "bench.toml").loops
+    (loop,) = BenchConfig.load(folder / "bench.toml").loops
     return loop.rigs
 
 
@@ -125,7 +125,7 @@ def test_a_file_s_path_counts_from_the_experiment(folder, monkeypatch):
 
 def test_a_bench_does_not_resume_on_another_file_s_numbers(folder):
     (folder / "bench.toml").write_text(BENCH)
-    source = load_bench(folder / "bench.toml").source
+    source = BenchConfig.load(folder / "bench.toml").source
     before = data_files(source)
     assert list(before) == [str(folder / "other.toml")]
     save_rig(load_rig("jack-10t"), folder / "other.toml")

@@ -12,7 +12,7 @@ from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.robustness.options import load_robustness
+from workbench.commands.robustness.options import RobustnessConfig
 from workbench.commands.robustness.study import run_robustness
 from workbench.linear import Equilibrium, equilibrium
 from workbench.linear.equilibria import equilibria
@@ -75,7 +75,7 @@ def test_hunting_is_an_oscillation_that_stays():
 
 
 def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
-    config = load_robustness(SHIPPED, plants=500)
+    config = RobustnessConfig.load(SHIPPED, plants=500)
     plant = build(config.rig)
     first, again = drawn(config, plant), drawn(config, plant)
     assert np.array_equal(first.p, again.p)
@@ -95,7 +95,7 @@ def test_plants_are_drawn_within_bounds_and_factors_from_the_seed():
 
 
 def test_a_block_of_plants_is_what_it_is_among_all():
-    config = load_robustness(SHIPPED, plants=500)
+    config = RobustnessConfig.load(SHIPPED, plants=500)
     plant = build(config.rig)
     whole = drawn(config, plant)
     for block in (range(500), range(7), range(7, 260), range(499, 500)):
@@ -106,7 +106,7 @@ def test_a_block_of_plants_is_what_it_is_among_all():
 
 def test_results_do_not_depend_on_the_blocks(tmp_path, monkeypatch):
     """Draws, noise and counts: a plant plays as it does among all."""
-    config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=25)
+    config = RobustnessConfig.load(few(tmp_path, '["p-dp", "mpc"]'), plants=25)
     whole = run_robustness(config, no_checkpoint, lambda _: None)
     monkeypatch.setattr(workers, "BLOCK", 9)
     parts = run_robustness(config, no_checkpoint, lambda _: None)
@@ -126,7 +126,7 @@ def few(folder, controllers):
 
 
 def test_linear_loops_at_every_position_are_those_of_the_loop(tmp_path):
-    config = load_robustness(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
+    config = RobustnessConfig.load(few(tmp_path, '["p-dp", "mpc"]'), plants=3)
     plants = plants_by_block(config)(0.3e-3, range(3))
     controllers = {spec.name: spec.build(1e-3) for spec in config.controllers}
     plant, limit = plants.engine.plant, config.rig.limit("stroke")
@@ -200,7 +200,7 @@ def test_nonsense_is_refused_in_one_line(tmp_path, monkeypatch, capsys, was, now
 
 def test_the_tuned_loop_holds_on_drawn_plants_over_the_stroke_with_noise_and_delay(tmp_path):
     """10 mm within 0.10 s on the nominal rig and 0.14 s on 99 of 100 plants; none unstable, none hunts, Ms <= 2.5."""
-    config = load_robustness(few(tmp_path, '["p-dp"]'), plants=200)
+    config = RobustnessConfig.load(few(tmp_path, '["p-dp"]'), plants=200)
     outcome = run_robustness(config, no_checkpoint, lambda _: None)
     (row,) = outcome.metrics["rows"]
     assert row["unstable"] == row["tripped"] == row["hunting"] == 0
@@ -227,7 +227,7 @@ def test_a_controller_s_own_delay_counts_and_an_ideal_loop_has_none(tmp_path):
     ms = {}
     for name, text in texts.items():
         plain.write_text(text)
-        outcome = run_robustness(load_robustness(plain, plants=2), no_checkpoint, lambda _: None)
+        outcome = run_robustness(RobustnessConfig.load(plain, plants=2), no_checkpoint, lambda _: None)
         ms[name] = outcome.metrics["rows"][0]["ms_worst"]
         delay = {"rig's": 0.3e-3, "own": 2e-3, "none": 0.0}[name]
         table = outcome.page.sections[-2].items[0]
@@ -243,7 +243,7 @@ FORCE = EXPERIMENTS / "robustness_force.toml"
 def test_force_loops_hold_on_specimens_a_decade_apart_over_the_stroke(tmp_path):
     text = FORCE.read_text().split('"force_step.toml"')[0].replace('["p-dp-force", "mpc-force"]', '["p-dp-force"]')
     (tmp_path / "force.toml").write_text(text.replace('"force_tuned.toml"', f'"{EXPERIMENTS}/force_tuned.toml"'))
-    config = load_robustness(tmp_path / "force.toml", plants=200)
+    config = RobustnessConfig.load(tmp_path / "force.toml", plants=200)
     assert (config.signal.name, config.step) == ("force", 20e3)
     stiffness = drawn(config, build(config.rig)).numbers["ks"]
     assert 1e6 <= stiffness.min() < 1.2e6
@@ -269,7 +269,7 @@ def test_loops_that_do_not_go_together_are_refused(tmp_path, text, message):
     text = text.replace('"position', f'"{EXPERIMENTS}/position').replace('"force', f'"{EXPERIMENTS}/force')
     (tmp_path / "bad.toml").write_text(SHIPPED.read_text().split("[from]")[0] + f"[from]\n{text}\n")
     with pytest.raises(InputError, match=message):
-        load_robustness(tmp_path / "bad.toml")
+        RobustnessConfig.load(tmp_path / "bad.toml")
 
 
 @pytest.mark.parametrize("command", ["robustness", "faults", "sines"])
@@ -281,7 +281,7 @@ def test_an_experiment_of_another_kind_is_called_that(capsys, command):
 
 def test_the_numbers_of_effects_that_were_found_are_drawn_within_their_intervals():
     found = Number("Fc", 500.0, "N", "N", "found", 0.0, 5000.0, (400.0, 600.0))
-    config = load_robustness(SHIPPED, plants=50)
+    config = RobustnessConfig.load(SHIPPED, plants=50)
     rig = replace(config.rig, effects=(EffectUse("jack.friction", "coulomb", {"Fc": found}),))
     plant = build(rig)
     draw = drawn(replace(config, rig=rig), plant)

@@ -9,7 +9,7 @@ import pytest
 
 from workbench.base.kept_columns import KeptColumns
 from workbench.commands.common.run_folder import open_run
-from workbench.commands.robustness.options import load_robustness
+from workbench.commands.robustness.options import RobustnessConfig
 from workbench.loop.robustness.row import Kept, kept_row
 from workbench.loop.robustness.workers import linear_stage, steps_stage
 
@@ -23,7 +23,7 @@ def config(tmp_path_factory):
     start = (EXPERIMENTS / "robustness.toml").read_text().split("[from]")[0]
     path = tmp_path_factory.mktemp("one") / "one.toml"
     path.write_text(f'{start}[from]\n"{EXPERIMENTS}/position_tuned.toml" = ["p-dp"]\n')
-    return load_robustness(path)
+    return RobustnessConfig.load(path)
 
 
 def results(kept, block):

@@ -97,11 +97,11 @@ def test_what_cannot_be_is_refused_in_one_line(folder, capsys, old, new, says):
 
 
 def test_a_share_of_what_the_valve_gives_goes_as_far_as_is_asked(folder):
-    from workbench.commands.sines.options import load_sines
+    from workbench.commands.sines.options import SinesConfig
 
     (folder / "sines.toml").write_text(
         EXPERIMENT.replace("frequencies = [5, 10]", "share = 0.5\nfrequencies = [2, 20]")
     )
-    config = load_sines(folder / "sines.toml")
+    config = SinesConfig.load(folder / "sines.toml")
     assert config.sines[0].amplitude == 0.01
     assert config.sines[1].amplitude == pytest.approx(0.5 * config.reach["mass+50"].sine_amplitude(20.0))

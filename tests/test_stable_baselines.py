@@ -13,7 +13,7 @@ from envs.single import JackPosition
 from envs.vector import JackPositionVector
 from workbench.base.errors import InputError
 from workbench.commands.common.step_experiment import load_steps
-from workbench.commands.robustness.options import load_robustness
+from workbench.commands.robustness.options import RobustnessConfig
 
 
 @pytest.fixture
@@ -77,4 +77,4 @@ def test_the_example_trains_and_leaves_what_run_and_robustness_take(tmp_path, mo
     runpy.run_path(str(script), run_name="__main__")
     assert "| p-dp + PPO |" in capsys.readouterr().out
     assert "network 9-16-16-1" in repr(load_steps("out/ppo/trained.toml").controllers[0])
-    assert len(load_robustness("out/ppo/robustness.toml").controllers) == 1
+    assert len(RobustnessConfig.load("out/ppo/robustness.toml").controllers) == 1

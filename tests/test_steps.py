@@ -8,15 +8,15 @@ import pytest
 
 from experiments.studies.knowledge.config import load_knowledge
 from workbench.base.errors import InputError
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.faults.options import load_faults
-from workbench.commands.inverse.options import load_inverse
+from workbench.commands.faults.options import FaultsConfig
+from workbench.commands.inverse.options import InverseConfig
 from workbench.commands.learn.options import load_any
 from workbench.commands.robustness.options import load_any as load_robustness
 from workbench.commands.run.options import load_config
 from workbench.commands.run.study import run_any
-from workbench.commands.sines.options import load_sines
+from workbench.commands.sines.options import SinesConfig
 from workbench.commands.train.options import load_train
 from workbench.commands.tune.options import load_tune
 from workbench.rigs.datasheet import load_datasheet
@@ -179,10 +179,10 @@ def test_a_force_needs_a_specimen(tmp_path):
 
 def test_every_shipped_experiment_loads():
     for path in sorted((Path(__file__).parents[1] / "experiments").glob("*.toml")):
-        loaders = {"new-rig": load_datasheet, "bench": load_bench, "tune": load_tune, "train": load_train,
+        loaders = {"new-rig": load_datasheet, "bench": BenchConfig.load, "tune": load_tune, "train": load_train,
                    "robustness": load_robustness,
-                   "learn": load_any, "inverse": load_inverse, "sines": load_sines,
-                   "faults": load_faults, "knowledge": load_knowledge}  # fmt: skip
+                   "learn": load_any, "inverse": InverseConfig.load, "sines": SinesConfig.load,
+                   "faults": FaultsConfig.load, "knowledge": load_knowledge}  # fmt: skip
         loaders.get(tomllib.loads(path.read_text())["experiment"], load_config)(path)
 
 

@@ -11,7 +11,7 @@ import pytest
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.bench import study as study
-from workbench.commands.common.bench_experiment import load_bench
+from workbench.commands.common.bench_experiment import BenchConfig
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.step_experiment import StepConfig
 from workbench.commands.run.options import load_config
@@ -83,7 +83,7 @@ def test_a_bench_plays_with_the_delay_of_the_controller_or_the_rig_s(tmp_path):
     (tmp_path / "late.toml").write_text(
         head + controllers + late + "[bode]\nlow_hz = 5\nhigh_hz = 10\npoints = 3\namplitudes_percent = [1]\n"
     )
-    config = load_bench(tmp_path / "late.toml")
+    config = BenchConfig.load(tmp_path / "late.toml")
     metrics = study.run_bench(config, no_checkpoint, lambda _: None).metrics
     for row, spec, delay in zip(metrics["rows"], config.loops[0].controllers, (0.3e-3, 5e-3), strict=True):
         setup = loop_setup(with_delay(config.rig, delay))

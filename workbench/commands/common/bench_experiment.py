@@ -108,6 +108,3 @@ class BenchConfig(Experiment):
     rig: Rig = part(asked_rig, RIG)
     loops: tuple[BenchLoop, ...] = part(_loops, {**RIGS, **SCENARIOS_KEYS, **SPECIMEN, **CONTROLLERS, **BODE})
     conditions: Conditions = part(read_conditions, CONDITIONS)
-
-
-load_bench = BenchConfig.load

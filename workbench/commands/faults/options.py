@@ -52,9 +52,6 @@ class FaultsConfig(FaultTrials, Experiment):
     conditions: Conditions = part(read_conditions, CONDITIONS)
 
 
-load_faults = FaultsConfig.load
-
-
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     takes_experiment(

@@ -66,9 +66,6 @@ class InverseConfig(RecordExperiment):
     outer: StateSpace | None = part(_outer, {"outer": "from a measured signal to the reference"}, default=None)
 
 
-load_inverse = InverseConfig.load
-
-
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     takes_experiment(

@@ -67,9 +67,6 @@ class PlatformLearnConfig(PlatformExperiment):
     iterations: int = count(1, MANY, "repetitions, at most")
 
 
-load_learning = LearnConfig.load
-
-
 load_any = partial(load_either, LearnConfig, PlatformLearnConfig)  # of one jack or of a platform
 
 

@@ -112,9 +112,6 @@ class PlatformRobustness(PlatformExperiment):
     draw: PlatformDraw = part(_draw, {"payload": "how its mass is drawn", "pose": "either way from home", **WITHIN})
 
 
-load_robustness = RobustnessConfig.load
-
-
 load_any = partial(load_either, RobustnessConfig, PlatformRobustness)  # of one jack or of a platform
 
 

@@ -82,9 +82,6 @@ class SinesConfig(Experiment):
         return min(self.reach, key=lambda name: self.reach[name].sine_frequency(self.amplitude))
 
 
-load_sines = SinesConfig.load
-
-
 def asked_sines(
     frequencies: Sequence[float],
     amplitude: float,
