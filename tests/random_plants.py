@@ -132,9 +132,11 @@ def _errors(rig: Rig, run: Trajectory, step: int) -> np.ndarray:
     t = run.t[::step]
     s = {state.name: run.x[::step, i] for i, state in enumerate(run.plant.states)}
     force = run.u[::step, run.plant.input("disturbance")]
-    flows, s["leak"] = _flows(rig, s), rig["Cl"] * (s["P1"] - s["P2"])
-    oil = [_oil(rig, t, s, side, flow) for side, flow in (("A", flows["A"]), ("B", flows["B"]))]
-    return np.array([_share(terms) for terms in (*oil, _energy(rig, t, s, flows, force))])
+    for state, pressure, room in (("P1", "pa", "ra"), ("P2", "pb", "rb")):
+        s[pressure], s[room] = oil(rig, s[state])
+    flows, s["leak"] = _flows(rig, s), rig["Cl"] * (s["pa"] - s["pb"])
+    kept = [_oil(rig, t, s, side, flow) for side, flow in (("A", flows["A"]), ("B", flows["B"]))]
+    return np.array([_share(terms) for terms in (*kept, _energy(rig, t, s, flows, force))])
 
 
 def _is_resolved(rig: Rig, run: Trajectory) -> bool:
@@ -152,7 +154,7 @@ def _flows(rig: Rig, s: Values) -> Values:
     """Flow into A and into B [m^3/s], and power [W] from supply less return and that lost in the lands."""
     ahead, back = _lap(s["z3"], rig["eps"]), _lap(-s["z3"], rig["eps"])
     into, power, lost = {}, 0.0, 0.0
-    for side, pressure, feeding, draining in (("A", s["P1"], ahead, back), ("B", s["P2"], back, ahead)):
+    for side, pressure, feeding, draining in (("A", s["pa"], ahead, back), ("B", s["pb"], back, ahead)):
         fed = rig["n"] * rig["K3"] * feeding * _root(rig["Ps"] - pressure)
         drained = rig["n"] * rig["K3"] * draining * _root(pressure - rig["Pr"])
         into[side] = fed - drained
@@ -169,29 +171,44 @@ def _root(drop: np.ndarray) -> np.ndarray:
     return drop / (drop**2 + 1e6) ** 0.25
 
 
-def _side(rig: Rig, s: Values, side: str) -> tuple[np.ndarray, float, float, np.ndarray]:
-    """Pressure [Pa], area [m^2], sign of extension, and volume [m^3] of a chamber."""
+def oil(rig: Rig, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pressure [Pa] of chambers' states, and volume of oil and gas per volume of oil.
+
+    Gas, 9 % at 1 atm, fills what the oil leaves empty, (p - pv) v constant, but for what is dissolved at saturation,
+    1 atm less half of the knee.
+    """
+    first, vapour = min(101300.0, rig["Pr"]) - 1e4, 100.0 - max(101300.0 - rig["Pr"], 0.0)
+    below = np.maximum(first + 1e4 - state, 0.0)
+    tension = np.where(below < 2e4, below**2 / 4e4, below - 1e4)
+    empty = tension / rig["beta"]
+    return state + tension - first + vapour + 9117.0 / (empty + 9117.0 / (first - vapour)), 1 + empty
+
+
+def _side(rig: Rig, s: Values, side: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """State and pressure [Pa], volume [m^3] of a chamber, that of its oil and gas per oil, and what x sweeps [m^2]."""
     i, sign = (0, 1.0) if side == "A" else (1, -1.0)
     area, dead = rig.areas[i], rig.dead_volumes[i]
     volume = np.maximum(dead + area * (rig["S"] / 2 + sign * s["x"]), 0.05 * dead)
-    return s["P1" if side == "A" else "P2"], area, sign, volume
+    own = (s["P1"], s["pa"], volume, s["ra"]) if side == "A" else (s["P2"], s["pb"], volume, s["rb"])
+    return *own, sign * area
 
 
 def _oil(rig: Rig, t: np.ndarray, s: Values, side: str, flow: np.ndarray) -> list[float]:
     """Volumes [m^3] that came through the port and past the piston, less those swept and compressed."""
-    pressure, area, sign, volume = _side(rig, s, side)
-    came, leaked = np.trapezoid(flow, t), np.trapezoid(-sign * s["leak"], t)
-    return [came, leaked, -sign * area * (s["x"][-1] - s["x"][0]), -np.trapezoid(volume / rig["beta"], pressure)]
+    state, _, volume, room, swept = _side(rig, s, side)
+    came, leaked = np.trapezoid(flow, t), np.trapezoid(-s["leak"] if side == "A" else s["leak"], t)
+    return [came, leaked, -np.trapezoid(swept / room, s["x"]), -np.trapezoid(volume / rig["beta"] / room**2, state)]
 
 
 def _energy(rig: Rig, t: np.ndarray, s: Values, flows: Values, force: np.ndarray) -> list[float]:
     """Work [J] of the supply, less the losses, the work of the load, and what oil and mass store."""
     terms = [np.trapezoid(flows["power"], t), -np.trapezoid(flows["lost"], t)]
     for side in "AB":
-        pressure, _, _, volume = _side(rig, s, side)
-        terms.append(-np.trapezoid(volume / rig["beta"] * pressure, pressure))
+        state, pressure, volume, room, swept = _side(rig, s, side)
+        terms.append(-np.trapezoid(volume / rig["beta"] / room**2 * pressure, state))
+        terms.append(np.trapezoid(pressure * (1 - 1 / room) * swept, s["x"]))
     specimen = rig["ks"] * s["x"] + rig["cs"] * s["v"] + force
-    terms += [-np.trapezoid(s["leak"] * (s["P1"] - s["P2"]), t), -np.trapezoid(rig["b"] * s["v"] ** 2, t)]
+    terms += [-np.trapezoid(s["leak"] * (s["pa"] - s["pb"]), t), -np.trapezoid(rig["b"] * s["v"] ** 2, t)]
     terms += [-np.trapezoid(specimen, s["x"]), -np.trapezoid(_stop(rig, s), s["x"])]
     return [*terms, -0.5 * rig["M"] * (s["v"][-1] ** 2 - s["v"][0] ** 2)]
 

@@ -1,6 +1,7 @@
 """FMUs of a small rig and of a loop on it: FMPy finds them valid, and they move as the engine and the loop do."""
 
 import shutil
+from dataclasses import replace
 from xml.etree import ElementTree
 from zipfile import ZipFile
 
@@ -11,11 +12,12 @@ from made_experiments import P_DP
 from workbench.base.units import base_units
 from workbench.cli import main
 from workbench.commands.common.step_experiment import load_steps
+from workbench.commands.fmu.model import with_cavitation
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.loop.rig_variations import with_delay
 from workbench.loop.sampled_loop import SampledLoop
-from workbench.plant import build
+from workbench.plant import Variable, build
 from workbench.rigs.rig_file import load_rig
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: the group fmu")
@@ -115,10 +117,11 @@ def test_fmpy_finds_both_valid(plant_fmu, loop_fmu):
 def test_co_simulation_is_the_engine_s(plant_fmu, tmp_path, mass):
     plant = build(load_rig(RIG))
     about, p = equilibrium(plant), plant.parameter_values(M=mass * plant.p[plant.parameters.index("M")])
+    plant, start = with_cavitation(plant, about.x)
     u = moves(plant, about)
-    expected = Engine(plant).run(about.x, np.arange(len(u) + 1) * PERIOD, u, p).x
+    expected = Engine(plant).run(start, np.arange(len(u) + 1) * PERIOD, u, p).x
     slave = Slave(plant_fmu, tmp_path, M=p[plant.parameters.index("M")])
-    names = [state.name for state in plant.states]
+    names = [state.name for state in (*plant.states[:-1], Variable("state.cavitation_s", "s", 1.0))]
     x = [slave.get(*names)]
     for k, row in enumerate(u):
         slave.set(**dict(zip((variable.name for variable in plant.inputs), row, strict=True)))
@@ -169,9 +172,10 @@ def test_a_loop_inside_is_the_sampled_loop_however_long_the_steps_are(loop_fmu, 
     """The command arrives 0.3 ms late, inside a period; a step beyond the stroke makes the guard trip."""
     config = load_steps(steps)
     rig = with_delay(config.rig, config.conditions.delay(config.controllers[0], config.rig))
-    plant = build(rig)
-    reference = np.where(np.arange(1000) < 20, 0.0, size)
-    loop = SampledLoop(Engine(plant), rig, config.controllers[0].build(PERIOD), equilibrium(plant))
+    bare = build(rig)
+    rest, reference = equilibrium(bare), np.where(np.arange(1000) < 20, 0.0, size)
+    plant, start = with_cavitation(bare, rest.x)
+    loop = SampledLoop(Engine(plant), rig, config.controllers[0].build(PERIOD), replace(rest, x=start))
     played = loop.run(reference)
     run = played.record.signals
     assert (played.tripped is not None) == tripped

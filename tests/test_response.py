@@ -31,6 +31,7 @@ from workbench.loop.sampled_lanes import sampled_lane
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.plant import build
 from workbench.plant.assembly import Assembly
+from workbench.rigs.oil import CAVITATES
 from workbench.rigs.rig_file import load_rig
 
 
@@ -41,7 +42,7 @@ def a_plant(name, states, rates, output):
     x = {state: b.state(state, "1", 1.0) for state in states}
     for state, rate in rates(x, u).items():
         b.rate(state, rate)
-    b.output(y=output(x), lowest_pressure=1 + output(x))
+    b.output(y=output(x), lowest_pressure=CAVITATES + 1 + output(x))
     return b.finish()
 
 
@@ -143,7 +144,7 @@ def test_stepped_sine_of_a_cubic_is_its_describing_function():
 def test_flags_say_what_happened(lag):
     sine = stepped_sine(Engine(lag), *nothing(lag), [1.0, 100.0], 1.2, ["y"], {"y": 1.0})
     assert list(sine.saturated) == [True, False]
-    assert list(sine.cavitated) == [True, False]  # here the lowest pressure is 1 + y
+    assert list(sine.cavitated) == [True, False]  # here the lowest pressure is 1 + y above that
 
 
 def test_a_point_that_never_settles_is_flagged():

@@ -47,7 +47,12 @@ SIGNALS: dict[str, Signal] = {
         Signal("pilot_spool", "m", "mm", "pilot-stage spool position"),
         Signal("flapper", "m", "um", "travel of the flapper at the nozzles"),
         Signal("flow", "m^3/s", "l/min", "flow out of the valve's port A"),
-        Signal("lowest_pressure", "Pa", "bar", "lowest of all chamber pressures; below 0 the model is invalid"),
+        Signal(
+            "lowest_pressure",
+            "Pa",
+            "bar",
+            "lowest of all chamber pressures, absolute; below 1 bar the oil has gas",
+        ),
         Signal("direction", "1", "1", "direction valves of a pump drive: 1 pump to A, -1 to B, 0 off"),
         Signal("load_setting", "Pa", "bar", "pressure that the valve of a loading cylinder is set to"),
         Signal("pump_speed", "rad/s", "rpm", "shaft speed of a pump, times its direction"),

@@ -13,6 +13,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.gain_phase import gain_db, phase_deg
 from ..engine import Engine
+from ..rigs.oil import CAVITATES
 from .crossings import crossings
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ def _run_lanes(
         sine.cycles[lanes], sine.settled[lanes] = cycle, settled
         peaks = {name: np.abs(outputs[:, :, plant.output(name)]).max(axis=1) for name in limits}
         sine.saturated[lanes] = np.any([peaks[n] >= 0.999 * limits[n] for n in limits], axis=0) if limits else False
-        sine.cavitated[lanes] = outputs[:, :, plant.output("lowest_pressure")].min(axis=1) < 0
+        sine.cavitated[lanes] = outputs[:, :, plant.output("lowest_pressure")].min(axis=1) < CAVITATES
         going = batch.ok & ~settled
         if not going.any():
             return

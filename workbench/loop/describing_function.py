@@ -14,6 +14,7 @@ from ..engine.sampled_law import OUT
 from ..linear import Equilibrium
 from ..linear.frequency_response import AGREE, FLAGS, SteppedSine, first_harmonic, merge
 from ..plant.valve import VALVES
+from ..rigs.oil import CAVITATES
 from ..rigs.rig import Rig
 from .compiled_loop import CompiledLoop
 from .sampled_loop import SampledLoop
@@ -63,7 +64,7 @@ class SinePoint:
         altered = not np.allclose(demanded[-k:], command[-k:], atol=1e-9)
         full = any(np.abs(signals[name][-k:]).max() > 0.999 * limit for name, limit in self._limits.items())
         self.saturated = bool(altered or full)
-        self.cavitated = any(bool(signals[name][-k:].min() < 0) for name in self._chambers)
+        self.cavitated = any(bool(signals[name][-k:].min() < CAVITATES) for name in self._chambers)
 
 
 def _limits(rig: Rig) -> Mapping[str, float]:

@@ -18,6 +18,7 @@ from ..linear import equilibrium
 from ..plant import build
 from ..records.excitation import Excitation
 from ..rigs.limited import limits_of, nearest_limit
+from ..rigs.oil import CAVITATES
 from ..rigs.rig import Rig
 from .margins import linear_loop
 from .sampled_loop import LoopRun, SampledLoop
@@ -58,9 +59,9 @@ def beyond(rig: Rig, signals: Mapping[str, np.ndarray]) -> tuple[str, int] | Non
 
 
 def emptied(signals: Mapping[str, np.ndarray]) -> str | None:
-    """Whether a chamber falls below 0 bar in signals [.., k], where no model holds, in words."""
+    """Whether gas comes out in a chamber in signals [.., k], in words."""
     lowest = float(signals["lowest_pressure"].min())
-    return f"a chamber falls to {lowest / 1e5:.3g} bar" if lowest < 0 else None
+    return f"gas comes out of the oil in a chamber, at {lowest / 1e5:.3g} bar absolute" if lowest < CAVITATES else None
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ def play(drive: DriveSimulation, played: Excitation, seed: int | None = None) ->
 
 
 def trouble(run: LoopRun) -> str | None:
-    """Why a simulated rig should not play that: a trip, or a chamber below 0 bar, where no model holds."""
+    """Why a simulated rig should not play that: a trip, or gas in a chamber."""
     if run.tripped is not None:
         return f"{run.tripped} after {run.record.t[-1]:.2f} s"
     return emptied(run.record.signals)

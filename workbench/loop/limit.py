@@ -20,6 +20,7 @@ from ..engine.fastest import Aim, Course, fastest_course
 from ..linear import equilibrium
 from ..linear.operating_point import far_end
 from ..plant import build
+from ..rigs.oil import saturation
 from ..rigs.rig import Rig
 from . import step_metrics as metrics
 from .capability import oil_stiffness
@@ -41,14 +42,14 @@ _SOURCES = (fastest.__file__,)
 
 
 def motion_from(rig: Rig, scenario: Scenario, margin: float) -> tuple[MotionConstraints, float]:
-    """The motion, no chamber less than `margin` [Pa] above the vapour's pressure, and the controlled signal's level
-    (SI) at rest. Raises InputError where the rig has no operating point there."""
+    """The motion, no chamber less than `margin` [Pa] above 1 atm, where gas comes out, and the controlled signal's
+    level (SI) at rest. Raises InputError where the rig has no operating point there."""
     plant, position = build(rig), scenario.position(rig.limit("stroke"))
     start = equilibrium(plant, None, None, position, None, **far_end(plant, position))
     level = float(plant.observe(start.x, start.u)[0, plant.output(scenario.signal)])
     high = np.full(plant.n, np.inf)
     high[plant.state("x")], high[plant.state("v")] = rig.limit("stroke"), rig.limit("speed")
-    low = np.where([state.unit == "Pa" for state in plant.states], margin, -high)
+    low = np.where([state.unit == "Pa" for state in plant.states], saturation(rig["Pr"]) + margin, -high)
     return MotionConstraints(plant, start.x, start.u, low, high, rig.limit("command_rate")), level
 
 
@@ -121,7 +122,7 @@ class Limit:
 
 
 def settling_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> Limit:
-    """The least settling time of a scenario with chambers at least `margin` [Pa] above the vapour's pressure, 0 bar.
+    """The least settling time of a scenario with chambers at least `margin` [Pa] above 1 atm, where gas comes out.
 
     The jack goes from rest where the scenario starts into the band in which a loop counts as settled, stays there for
     1.6 periods of the mass on the oil, and is at rest at their end; the command stays within +-1 and the rig's rate,

@@ -108,6 +108,10 @@ def _cavitation(run: JudgedRun) -> float | None:
     return None if run.lowest_pressure is None else step_metrics.cavitation_time(run.t, run.lowest_pressure)
 
 
+def _lowest(run: JudgedRun) -> float | None:
+    return None if run.lowest_pressure is None else float(run.lowest_pressure.min() / 1e5)
+
+
 def _oscillation(run: JudgedRun) -> float | None:
     calm = run.calm or run
     size = calm.size or _peak(calm)
@@ -198,8 +202,9 @@ METRICS = {each.key: each for each in (
     Metric("peak_command", "peak command", "1", "less", "largest absolute command, as a part of full opening", 0.0,
            lambda run: float(np.abs(run.commands).max())),
     Metric("saturated_s", "time limited", "s", "less", "in which the guard changed the command", PERIOD, _saturated),
-    Metric("cavitation_s", "cavitation", "s", "less", "time with a chamber below 0 bar; no model holds there", PERIOD,
+    Metric("cavitation_s", "cavitation", "s", "less", "time with gas in a chamber, below 1 bar absolute", PERIOD,
            _cavitation),
+    Metric("lowest_pressure_bar", "lowest pressure", "bar", "more", "of any chamber, absolute", 0.0, _lowest),
     Metric("residual_oscillation", "lasting oscillation", "1", "less",
            "peak to peak over the last 0.3 s without noise, as a part of the step or of what a load pushes", STEP,
            _oscillation, "% of step"),
@@ -241,7 +246,7 @@ METRICS = {each.key: each for each in (
     Metric("hunting", "hunting", "", "less", "on how many plants the loop swings at rest without noise"),
     Metric("never", "never settled", "", "less", "on how many plants a step does not settle"),
     Metric("failing", "failing", "", "less", "on how many plants anything is wrong"),
-    Metric("cavitating", "cavitating", "", "less", "on how many plants a chamber comes below 0 bar"),
+    Metric("cavitating", "cavitating", "", "less", "on how many plants gas comes out in a chamber"),
     Metric("held_unstable", "unstable as measured", "", "less",
            "on how many plants the loop is unstable with what the controller has measured by the end of its steps"),
     Metric("held_ms", "Ms as measured", "1", "less", "with what the controller has measured by the end of its steps",
@@ -256,8 +261,7 @@ METRICS = {each.key: each for each in (
     Metric("largest_error", "its largest error", SIGNAL, "less", "of the motion that follows nearest"),
     Metric("mesh_difference_s", "by the mesh", "s", "less", "change when the mesh was last halved", shown="ms"),
     Metric("mesh_difference_error", "by the mesh", SIGNAL, "less", "change when the mesh was last halved"),
-    Metric("lowest_pressure_bar", "lowest pressure", "bar", "", "of any chamber"),
-    Metric("lowest_pressure", "lowest pressure", "Pa", "", "of any chamber; below 0 no model holds", shown="bar"),
+    Metric("lowest_pressure", "lowest pressure", "Pa", "", "of any chamber, absolute", shown="bar"),
     Metric("played_off_percent", "engine off by", "%", "less", "how far the played motion is off the computed one, in "
            "percent of the step"),
     Metric("reason", "why none", "", "", "why there is no limit"),

@@ -6,6 +6,8 @@ become, all SI. They are of the true signal, not of what a sensor says.
 
 import numpy as np
 
+from ..rigs.oil import CAVITATES
+
 LAST = 0.3  # s: the end of a record, over which a loop should be at rest
 _SUSTAINED = 0.8  # of the swing before: an oscillation that stays
 
@@ -95,5 +97,5 @@ def saturated_time(t: np.ndarray, demanded: np.ndarray, realised: np.ndarray) ->
 
 
 def cavitation_time(t: np.ndarray, lowest: np.ndarray) -> float:
-    """Time [s] with any chamber below 0 bar absolute, where the model is invalid."""
-    return float(np.sum(lowest < 0) * (t[1] - t[0]))
+    """Time [s] with gas in any chamber, of its lowest pressure [k] Pa, absolute."""
+    return float(np.sum(lowest < CAVITATES) * (t[1] - t[0]))

@@ -41,7 +41,7 @@ class TrackingLimit:
 
 
 def tracking_limit(rig: Rig, scenario: Scenario, margin: float = 0.0) -> TrackingLimit:
-    """The least error of a scenario with chambers at least `margin` [Pa] above the vapour's pressure, 0 bar.
+    """The least error of a scenario with chambers at least `margin` [Pa] above 1 atm, where gas comes out.
 
     The jack begins at rest where the scenario starts; the command stays within +-1 and the rig's rate, the jack within
     stroke and speed. The reference is known ahead, so that a late drive costs nothing. It is computed once, in some ten

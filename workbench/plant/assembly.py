@@ -196,6 +196,10 @@ class Assembly:
         shifts = [self._p[key] for key in self._shifts.get(name, ())]
         return sum(shifts, start=self._p[name]) if shifts else self._p[name]
 
+    def get(self, name: str, default: float) -> ca.SX:
+        """The symbol of a number of the rig, or a default where it has none."""
+        return self[name] if name in self else ca.SX(default)
+
     def __contains__(self, name: str) -> bool:
         """Whether the rig has this number."""
         return name in self._p

@@ -12,6 +12,7 @@ from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, missing, resolve
 from .jack import cell_forces, loader_force, specimen_force
 from .linear import build_linear
+from .oil import above_vacuum, chamber, continuity
 from .orifice import root
 from .valve import VALVES, Lands, ValveFlows
 from .valve.lands import main_openings
@@ -52,7 +53,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
     _draw(b, rig, valve, supply)
     travel, speed = b.slot("piston", (x, v))
-    jacks.continuity(b, cylinder, valve, travel, speed, b["Pr"])
+    jacks.fill(b, cylinder, valve, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
     if "AL" in b:
         force += loader_force(b, valve, x, v)
@@ -96,7 +97,7 @@ def build_force_port(rig: Rig) -> Plant:
     supply = b.slot("supply", b["Ps"])
     valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
     _draw(b, rig, valve, supply)
-    jacks.continuity(b, cylinder, valve, x, v, b["Pr"])
+    jacks.fill(b, cylinder, valve, x, v, b["Pr"])
     _outputs(b, valve, cylinder, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
     b.measure()
@@ -136,11 +137,12 @@ def build_blocked_valve(rig: Rig) -> Plant:
         raise InputError(f"{rig.name}: a {rig.valve} valve has no lands that ports could be blocked behind")
     command = b.input("command", "1", 1.0)
     rest = 0.5 * (rig["Ps"] + rig["Pr"])
-    pa, pb = (b.state(name, "Pa", b.magnitude("Ps"), rest) for name in ("PA", "PB"))
+    ports = [chamber(b, name, b.magnitude("Ps"), rest) for name in ("PA", "PB")]
+    pa, pb = (port.pressure for port in ports)
     lands = Lands(pa, pb, b["Ps"], b["Pr"])
     valve = VALVES[rig.valve].flows(b, command, lands, b["Ps"], b["Pr"])
-    b.rate("PA", b["beta"] * valve.into_a / _BLOCKED)
-    b.rate("PB", -b["beta"] * valve.out_of_b / _BLOCKED)
+    for port, flow in zip(ports, (valve.into_a, -valve.out_of_b), strict=True):
+        continuity(b, port, flow, ca.SX(_BLOCKED))
     ahead, back = main_openings(b, valve.signals["spool"])
     leak = b["K3"] * (ahead * root(lands.supply - pa) + back * root(lands.supply - pb))
     b.output(command=command, **valve.signals, pa=pa, pb=pb, flow=leak, lowest_pressure=valve.lowest)
@@ -192,5 +194,5 @@ def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: c
         load_pressure=pa - pb,
         supply=supply,
         jack_force=cylinder.force,
-        lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)),
+        lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)) + above_vacuum(b),
     )

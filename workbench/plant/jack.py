@@ -8,6 +8,7 @@ import casadi as ca
 
 from ..rigs.jack import JackKind
 from .assembly import Assembly
+from .oil import Chamber, chamber, continuity
 from .orifice import end_stop, volume
 from .valve import ValveFlows
 
@@ -16,14 +17,24 @@ _SLOW = 1e-3  # m/s, within which the push builds up behind a valve that tells n
 
 @dataclass(frozen=True)
 class Chambers:
-    """Symbols of the two chambers: pressures [Pa], areas [m^2], dead volumes [m^3]."""
+    """The two chambers, with symbols of their areas [m^2] and dead volumes [m^3]."""
 
-    pa: ca.SX
-    pb: ca.SX
+    a: Chamber
+    b: Chamber
     area_a: ca.SX
     area_b: ca.SX
     dead_a: ca.SX
     dead_b: ca.SX
+
+    @property
+    def pa(self) -> ca.SX:
+        """Pressure [Pa] of chamber A."""
+        return self.a.pressure
+
+    @property
+    def pb(self) -> ca.SX:
+        """Pressure [Pa] of chamber B."""
+        return self.b.pressure
 
     @property
     def force(self) -> ca.SX:
@@ -32,32 +43,26 @@ class Chambers:
 
 
 def chambers(b: Assembly, kind: JackKind, rest: float) -> Chambers:
-    """Declare the chamber pressures of a jack of this kind, at rest at about `rest` [Pa]."""
+    """Declare the chambers of a jack of this kind, at rest at about `rest` [Pa]."""
     feed = b.magnitude("Ps")
-    pa = b.state("P1", "Pa", feed, rest)
-    pb = b.state("P2", "Pa", feed, rest)
-    area_a, area_b, dead_a, dead_b = (b[name] for name in (*kind.areas, *kind.dead_volumes))
-    return Chambers(pa, pb, area_a, area_b, dead_a, dead_b)
+    areas_and_volumes = (b[name] for name in (*kind.areas, *kind.dead_volumes))
+    return Chambers(chamber(b, "P1", feed, rest), chamber(b, "P2", feed, rest), *areas_and_volumes)
 
 
-def continuity(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
-    """Pressure rates: valve flow, leakage past the piston, and the volume that it sweeps. x is 0 at mid stroke."""
+def fill(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
+    """Fill the chambers: valve flow, leakage past the piston, and the volume that it sweeps. x is 0 at mid stroke."""
     pa, pb = jack.pa, jack.pb
     across = b["Cl"] * (pa - pb)
     outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain, position=x)
-    into_a = b["n"] * valve.into_a - across - jack.area_a * v - outside[0]
-    into_b = jack.area_b * v + across - b["n"] * valve.out_of_b - outside[1]
+    into_a = b["n"] * valve.into_a - across - outside[0]
+    into_b = across - b["n"] * valve.out_of_b - outside[1]
     half = b["S"] / 2
-    modulus_a = b.slot("modulus", b["beta"], pressure=pa)
-    modulus_b = b.slot("modulus", b["beta"], pressure=pb)
     volumes = volume(jack.dead_a, jack.area_a * (half + x)), volume(jack.dead_b, jack.area_b * (half - x))
-    if "ChA" in b:
-        hose_a, hose_b = b.slot("hoses", (b["ChA"], b["ChB"]), pa=pa, pb=pb)
-        b.rate("P1", into_a / (volumes[0] / modulus_a + hose_a))
-        b.rate("P2", into_b / (volumes[1] / modulus_b + hose_b))
-    else:
-        b.rate("P1", modulus_a * into_a / volumes[0])
-        b.rate("P2", modulus_b * into_b / volumes[1])
+    moduli = (b.slot("modulus", b["beta"], pressure=pressure) for pressure in (pa, pb))
+    hoses = b.slot("hoses", (b["ChA"], b["ChB"]), pa=pa, pb=pb) if "ChA" in b else (None, None)
+    swept, flows = (jack.area_a * v, -jack.area_b * v), (into_a, into_b)
+    for parts in zip((jack.a, jack.b), flows, volumes, swept, moduli, hoses, strict=True):
+        continuity(b, *parts)
 
 
 def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:

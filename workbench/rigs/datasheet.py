@@ -132,6 +132,7 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
             known[name] = estimate.value
             numbers[name] = with_tolerance(estimate, spec, factor=2)
     period = _declared("period", 1e-3, "s", "declared here: a usual control period")
+    numbers |= {name: sheet.given[name] for name in schema.GAS if name in sheet.given}
     limits, sensors = _limits(known, areas), _sensors(known, areas[0])
     heads = (sheet.name, sheet.title, sheet.source, sheet.kind, corrector, sheet.jack)
     rig = Rig(*heads, numbers, limits, period, sensors)
@@ -219,7 +220,7 @@ def _in_digits(value: float, unit: str, si: str) -> float:
 
 def _given(top: ConfigTable, kind: ValveKind, jack: str) -> dict[str, Number]:
     """The numbers of supply, oil, jack and load that the sheet states."""
-    specs = {"supply": schema.SUPPLY, "oil": schema.OIL, "jack": JACKS[jack].numbers, "load": schema.LOAD}
+    specs = {"supply": schema.SUPPLY, "oil": schema.OIL | schema.GAS, "jack": JACKS[jack].numbers, "load": schema.LOAD}
     needed = {figure.key for figure in figures(kind, JACKS[jack])}
     given = {}
     for section, numbers in specs.items():

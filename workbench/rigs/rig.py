@@ -94,8 +94,8 @@ class Rig(Mapping[str, float]):
 
     @property
     def specs(self) -> Mapping[str, Spec]:
-        """Unit, possible range and meaning of every number of the plant."""
-        return number_specs(self.valve, self.corrector, self.jack, self.load)
+        """Unit, possible range and meaning of every number that the plant may have."""
+        return number_specs(self.valve, self.corrector, self.jack, self.load) | schema.GAS
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -192,7 +192,7 @@ class Rig(Mapping[str, float]):
         specs = number_specs(self.valve, corrector, self.jack, self.load)
         if missing := [name for name in specs if name not in self.numbers]:
             raise InputError(f"rig {self.name}: corrector {corrector} needs {missing[0]}, which the rig file lacks")
-        numbers = {name: self.numbers[name] for name in specs}
+        numbers = {name: self.numbers[name] for name in (*specs, *schema.GAS) if name in self.numbers}
         return replace(self, corrector=corrector, numbers=numbers)
 
     def with_values(self, **values: float) -> "Rig":
@@ -244,6 +244,6 @@ def _moved(number: Number, value: float) -> Number:
 
 
 def number_specs(valve: str, corrector: str, jack: str, load: str = SPECIMEN) -> dict[str, Spec]:
-    """Every plant number that a rig of these kinds has, by name."""
+    """Every plant number that a rig of these kinds must have, by name."""
     tables = (schema.SUPPLY, schema.OIL, VALVES[valve].schema(corrector), JACKS[jack].numbers, schema.LOAD, LOADS[load])
     return {name: spec for table in tables for name, spec in table.items()}

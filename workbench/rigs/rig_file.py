@@ -95,12 +95,12 @@ def _read(path: Path, shown: str) -> Rig:
     load = top.table("load").word("kind", LOADS, SPECIMEN)
     numbers = {
         **_numbers(top.table("supply"), schema.SUPPLY),
-        **_numbers(top.table("oil"), schema.OIL),
+        **_numbers(top.table("oil"), schema.OIL | schema.GAS),
         **_numbers(valve, valve_kind.schema(corrector), "kind", "corrector"),
         **_numbers(jack, jack_kind.numbers, "kind"),
         **_numbers(top.table("load"), {**schema.LOAD, **LOADS[load]}, "kind"),
     }
-    specs = number_specs(valve_kind.name, corrector, jack_kind.name, load)
+    specs = number_specs(valve_kind.name, corrector, jack_kind.name, load) | schema.GAS
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
     sensors = read_sensors(top.optional_table("sensors"))
     if wrong := problem_together(numbers, limits):

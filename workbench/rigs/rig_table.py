@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def rig_table(rig: "Rig") -> dict[str, Any]:
     sections: dict[str, dict[str, Any]] = {
         "supply": dict.fromkeys(schema.SUPPLY),
-        "oil": dict.fromkeys(schema.OIL),
+        "oil": dict.fromkeys((*schema.OIL, *(name for name in schema.GAS if name in rig.numbers))),
         "valve": dict.fromkeys(rig.valve_kind.schema(rig.corrector)),
         "jack": dict.fromkeys(rig.jack_kind.numbers),
         "load": dict.fromkeys((*schema.LOAD, *LOADS[rig.load])),

@@ -10,6 +10,11 @@ SUPPLY = {
     "Pr": Spec("Pa", 0.0, 5e6, "return pressure, absolute"),
 }
 OIL = {"beta": Spec("Pa", 1e7, 5e9, "effective bulk modulus")}
+GAS = {
+    "gas": Spec("1", 1e-4, 0.2, "gas at 1 atm per volume of oil, which comes out of solution below 1 atm"),
+    "Pv": Spec("Pa", 0.0, 5e4, "vapour pressure of the oil, absolute"),
+}
+"""Of the oil, too, and optional; rigs/oil.py has what mineral oil is."""
 
 LOAD = {
     "M": Spec("kg", 1e-2, 1e6, "moving mass"),
@@ -39,5 +44,8 @@ SHUT_OFF = {
     "closing_time": Spec("s", 1e-4, 10.0, "time from a trip until the shut-off valve is closed"),
     "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
 }
-OPTIONAL = ("pressure", "least_pressure", "command", "following_error", "flow_error", "computing_delay", "deadline")
-"""Of limits and control."""
+OPTIONAL = (
+    *GAS,
+    *("pressure", "least_pressure", "command", "following_error", "flow_error", "computing_delay", "deadline"),
+)
+"""Of oil, limits and control."""

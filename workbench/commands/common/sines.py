@@ -60,7 +60,7 @@ def closed_loop_figure(name: str, linear: Sequence[FrequencyCurve], swept: SineR
         )
         for what, flagged in (
             ("the command or the current is limited", "saturated"),
-            ("a chamber falls below 0 bar", "cavitated"),
+            ("gas comes out of the oil in a chamber", "cavitated"),
         ):
             if np.any(columns[flagged]):
                 notes.append(f"at {size} {what} from {np.min(columns['f_hz'][columns[flagged]]):.3g} Hz")

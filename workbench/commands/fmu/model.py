@@ -1,7 +1,7 @@
 """What an FMU is made of: the graphs of a plant, its variables with units and start values, and a loop inside it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -17,9 +17,11 @@ from ...engine.rosenbrock import adaptive_attempt
 from ...engine.sampled_law import OUT, LawShape
 from ...linear import equilibrium
 from ...loop.compiled_loop import CompiledLoop
+from ...loop.metrics import METRICS
 from ...loop.sensors import Sensors, check_sensors
-from ...plant import Plant, build
+from ...plant import Plant, Variable, build
 from ...plant.effects import resolve
+from ...rigs.oil import CAVITATES
 from ...rigs.rig import Rig
 
 _PUT_OUT = {
@@ -28,6 +30,9 @@ _PUT_OUT = {
     "held": "command that the drive holds",
     "trip": "number of the guard's rule that tripped, 0: none",
 }
+
+
+_CAVITATION = "cavitation_s"
 
 
 @dataclass(frozen=True)
@@ -133,10 +138,14 @@ def _named(name: str, graph: ca.Function) -> ca.Function:
 
 
 def _unit(output: str) -> str:
+    if output == _CAVITATION:
+        return "s"
     return output_signal(output).si if _is_known(output) else "1"
 
 
 def _meaning(signal: str) -> str:
+    if signal == _CAVITATION:
+        return METRICS[_CAVITATION].meaning
     return output_signal(signal).meaning if _is_known(signal) else signal.replace("_", " ")
 
 
@@ -152,6 +161,24 @@ def numbers_of(rig: Rig) -> dict[str, tuple[str, str]]:
     return known
 
 
+def with_cavitation(plant: Plant, start: np.ndarray) -> tuple[Plant, np.ndarray]:
+    """A plant that counts, in its last state and output, the seconds in which a chamber had gas, and its start [n + 1];
+    as it is where it has no chambers."""
+    if "lowest_pressure" not in plant.outputs:
+        return plant, start
+    x, u, p = (ca.SX.sym(name, plant.f.numel_in(i) + (name == "x")) for i, name in enumerate("xup"))
+    outputs = plant.h(x[: plant.n], u, p)
+    gas = ca.if_else(outputs[plant.output("lowest_pressure")] < CAVITATES, 1.0, 0.0)
+    counting = replace(
+        plant,
+        states=(*plant.states, Variable(_CAVITATION, "s", 1.0)),
+        outputs=(*plant.outputs, _CAVITATION),
+        f=ca.Function("f", [x, u, p], [ca.vertcat(plant.f(x[: plant.n], u, p), gas)], ["x", "u", "p"], ["rates"]),
+        h=ca.Function("h", [x, u, p], [ca.vertcat(outputs, x[plant.n])], ["x", "u", "p"], ["y"]),
+    )
+    return counting, np.append(start, 0.0)
+
+
 def fmu_model(rig: Rig, spec: ControllerSpec | None = None) -> FmuModel:
     """A rig at rest at mid stroke, with a controller and its guard inside where there is one.
 
@@ -162,8 +189,9 @@ def fmu_model(rig: Rig, spec: ControllerSpec | None = None) -> FmuModel:
         late = f"{1e3 * plant.lateness():g} ms"
         raise InputError(f"rig {rig.name}: its drive holds the command back by {late}; add --controller FILE:NAME")
     about = equilibrium(plant)
-    loop = None if spec is None else _loop(rig, plant, spec, about.x, about.u)
-    return FmuModel(rig.name, rig.title, rig.period.value, numbers_of(rig), plant, about.x, about.u, loop)
+    plant, x = with_cavitation(plant, about.x)
+    loop = None if spec is None else _loop(rig, plant, spec, x, about.u)
+    return FmuModel(rig.name, rig.title, rig.period.value, numbers_of(rig), plant, x, about.u, loop)
 
 
 def _loop(rig: Rig, plant: Plant, spec: ControllerSpec, x: np.ndarray, u: np.ndarray) -> FmuLoop:

@@ -5,7 +5,7 @@ from ...linear.platform_modes import platform_equilibrium
 from ...plant.platform import build_platform
 from ...rigs.platform import Platform
 from ...rigs.platform.platform import JOINTS, LEG, PAYLOAD, PLACE
-from .model import FmuModel, numbers_of
+from .model import FmuModel, numbers_of, with_cavitation
 
 _JOINTS = {f"{end}_{axis}": ("m", f"joint of the leg on the {frame}, along {axis}")
            for end, frame in (("base", "base"), ("joint", "platform")) for axis in "xyz"}  # fmt: skip
@@ -24,4 +24,5 @@ def platform_model(platform: Platform) -> FmuModel:
     for i, leg in enumerate(platform.legs, 1):
         own |= {f"leg{i}.{name}": told for name, told in {**of_leg, **numbers_of(leg.rig)}.items()}
     about = platform_equilibrium(plant, None)
-    return FmuModel(platform.name, platform.title, platform.period, own, plant, about.x, about.u, None)
+    plant, x = with_cavitation(plant, about.x)
+    return FmuModel(platform.name, platform.title, platform.period, own, plant, x, about.u, None)

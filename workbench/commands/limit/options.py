@@ -10,7 +10,7 @@ from ..common.options import computes, jobs, measured, works
 from ..common.shipped import experiment
 from ..common.step_experiment import StepConfig
 
-_MARGIN = Spec("Pa", 0.0, 1e9, "least pressure of every chamber above the vapour's")
+_MARGIN = Spec("Pa", 0.0, 1e9, "least pressure of every chamber above 1 atm")
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -18,7 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "experiment", type=experiment, help="a step or bench experiment, such as experiments/benchmark.toml"
     )
-    measured(parser, "--margin", _MARGIN, f"{_MARGIN.meaning}, 0 bar absolute (default: 0 bar)", "PRESSURE")
+    measured(parser, "--margin", _MARGIN, f"{_MARGIN.meaning}, where gas comes out (default: 0 bar)", "PRESSURE")
     works(parser)
     computes(parser, _limit)
 

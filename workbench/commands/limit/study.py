@@ -59,7 +59,7 @@ class PlacedStep:
 def run_limit(
     config: BenchConfig | StepConfig, margin: float, stage: Stage, progress: Progress, jobs: Jobs = 1
 ) -> Outcome:
-    """`rows`: the limit of each scenario at each place, no chamber less than `margin` [Pa] above vapour's pressure."""
+    """`rows`: the limit of each scenario at each place, no chamber less than `margin` [Pa] above 1 atm."""
     steps = {step.name: step for step in placed_steps(config)}
     with process_pool(jobs, _Work(margin)) as found:
         results = found(steps, stage, lambda result: progress(result["name"]))
@@ -220,7 +220,7 @@ def _tracking_tables(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any
     note = (
         "The least root mean square of the error over the scenario, from rest, with the reference known ahead. It is "
         "found by direct collocation in windows, and played by the engine: the same command limits, stroke and "
-        f"pressures, {metrics['margin_bar']:g} bar above the vapour's. By the mesh: the change when its intervals are "
+        f"pressures, {metrics['margin_bar']:g} bar above 1 atm. By the mesh: the change when its intervals are "
         "halved."
     )
     by_signal = {
@@ -234,11 +234,11 @@ def _steps_table(metrics: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) 
     note = (
         "The least time from rest until a step is settled as a bench counts it, found by direct collocation on the "
         "known plant: command within 1 and its rate, the jack within stroke and speed, and no chamber less than "
-        f"{metrics['margin_bar']:g} bar above the vapour's pressure, 0 bar here. Many motions arrive as soon; the one "
-        "with the quietest command is shown, which costs some 0.2 % of the time. By the mesh: the change when its "
-        "intervals were last halved, which is the error of a held command: coarse meshes promise too much. The optimum "
-        "is a local one. Pressure, overshoot and the distance from what was found belong to the motion that the engine "
-        "plays, open loop."
+        f"{metrics['margin_bar']:g} bar above 1 atm, below which gas comes out of the oil. Many motions arrive as "
+        "soon; the one with the quietest command is shown, which costs some 0.2 % of the time. By the mesh: the change "
+        "when its intervals were last halved, which is the error of a held command: coarse meshes promise too much. "
+        "The optimum is a local one. Pressure, overshoot and the distance from what was found belong to the motion "
+        "that the engine plays, open loop."
     )
     return MetricView().table("", rows, _STEPS, note)
 

@@ -15,6 +15,7 @@ from ...identify.acceptance.bench import TestBench
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.number import Number
 from ...rigs.rig import Rig, number_specs
+from ...rigs.schema import GAS
 from ...rigs.tolerances import with_tolerance
 from ...rigs.valve.second_order import SECOND_ORDER
 from ..common.design_numbers import Subject
@@ -54,7 +55,7 @@ def rig_of_sheet(rows: Rows, like: Rig, name: str) -> Rig:
         "n": like.numbers["n"],
     }
     specs = number_specs(SECOND_ORDER.name, _CORRECTOR, like.jack, like.load)
-    every = {key: numbers.get(key) or like.numbers[key] for key in specs}
+    every = {key: numbers.get(key) or like.numbers[key] for key in (*specs, *(set(GAS) & set(like.numbers)))}
     kept = tuple(use for use in like.effects if use.name.startswith(("jack.", "load.", "sensor.")))
     sensors = {key: sensor for key, sensor in like.sensors.items() if key not in _LOST}
     own = {"valve": SECOND_ORDER.name, "corrector": _CORRECTOR, "numbers": every, "effects": kept}

@@ -45,7 +45,7 @@ def platform_page(
         f"Counts of platforms, {judged}. Settled within 2 % of the step; a platform that never settles counts as the "
         "slowest, and a dash says that there is one. Hunting: swings without noise "
         "that do not die away, along any axis. Other axes: how far any of them goes, in percent of the step, "
-        "angles times the radius of the joints. Cavitating: a chamber comes below 0 bar.",
+        "angles times the radius of the joints. Cavitating: gas comes out of the oil in a chamber.",
     )
     linear = MetricView().table(
         "Linear loops, each at its own pose",

@@ -14,6 +14,7 @@ from ...base.words import counted
 from ...loop.platform.robustness import drawn_platform, linear_columns, step_columns
 from ...loop.platform.setup import platform_setup
 from ...loop.robustness.row import settling_quantiles
+from ...rigs.oil import CAVITATES
 from ..common.outcome import Outcome, Progress, Stage
 from .options import PlatformRobustness, RobustnessConfig
 from .platform_page import platform_page
@@ -124,6 +125,6 @@ def _row(config: PlatformRobustness, columns: Columns, name: str, step: str) -> 
         **settling_quantiles(settling),
         "overshoot_worst_percent": finite(own["overshoot"].max()),
         "cross_worst_percent": finite(own["cross"].max()),
-        "cavitating": int((own["lowest"] < 0).sum()),
+        "cavitating": int((own["lowest"] < CAVITATES).sum()),
         "worst": {key.removeprefix("drawn."): float(columns[key][lane]) for key in columns if key.startswith("drawn.")},
     }

@@ -203,7 +203,7 @@ def _flags(sine: SteppedSine) -> str:
     if sine.saturated.any():
         notes.append(f"The flapper meets a nozzle or the current its limit from {sine.f[sine.saturated].min():.0f} Hz")
     if sine.cavitated.any():
-        notes.append(f"a chamber falls below 0 bar from {sine.f[sine.cavitated].min():.0f} Hz")
+        notes.append(f"gas comes out of the oil in a chamber from {sine.f[sine.cavitated].min():.0f} Hz")
     if not sine.settled.all():
         notes.append(f"{counted(int((~sine.settled).sum()), 'point')} did not settle in 60 cycles")
     return ("; ".join(notes) + ".") if notes else "No saturation, no cavitation; every point settled."

@@ -154,7 +154,7 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
     note = (
         "Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
         f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
-        "command. Cavitation: a chamber below 0 bar."
+        "command. Cavitation: gas comes out of the oil in a chamber."
     )
     note += "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks)
     maker = MetricView.of(config.rig, config.signal, config.scenarios)

@@ -93,7 +93,7 @@ def _table(config: SinesConfig, rows: Rows) -> Table:
     note = (
         f"True values over cycles {ARRIVES + 1} to {ARRIVES + JUDGED}. APC: amplitude and phase control; AHC: odd "
         f"harmonics up to {config.harmonics} times the frequency are taken out where the loop leaves room. "
-        "Below 0 bar no model holds. "
+        "Below 1 bar, absolute, gas comes out of the oil. "
         f"{played_words(config.conditions, config.rig)}"
     )
     return MetricView().table("", lines, keys, note)

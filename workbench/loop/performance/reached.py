@@ -16,6 +16,7 @@ import numpy as np
 
 from ...control.controller_spec import ControllerSpec
 from ...linear.linearisation import linear_plant
+from ...rigs.oil import CAVITATES
 from ..describing_function import SinePoint, played_sines, sampled_frequencies
 from ..rows import LinearLoops, LoopSetup
 from ..sampled_loop import SampledLoop
@@ -112,7 +113,7 @@ class Reached:
     @property
     def there(self) -> bool:
         """Whether it counts as reached: by a sine, and with both chambers full."""
-        return self.off <= NEAR and self.lowest >= 0
+        return self.off <= NEAR and self.lowest >= CAVITATES
 
 
 class Cycle(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS, Forward, PlatformSpec
+from ...rigs.oil import CAVITATES
 from ...rigs.platform import AXES, Platform
 from ..capability import capability
 from ..drive_simulation import drive
@@ -101,8 +102,8 @@ def checked_run(setup: PlatformSetup, spec: PlatformSpec, pose: np.ndarray, seed
     run = run_platform(setup, spec.build(setup.platform.period, setup.directions), pose, seed)
     if run.tripped is not None:
         raise InputError(f"record: {run.tripped} at {run.t[-1] - REST:.3f} s; play it smaller or slower")
-    if run.signals["lowest_pressure"].min() <= 0:
-        raise InputError("record: a chamber falls below 0 bar, where no model holds; play it smaller or slower")
+    if run.signals["lowest_pressure"].min() < CAVITATES:
+        raise InputError("record: gas comes out of the oil in a chamber; play it smaller or slower")
     return run
 
 

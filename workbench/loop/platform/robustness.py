@@ -10,6 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...control.platform_controller import LEGS, PlatformController
 from ...control.platform_law import PlatformLaw, platform_law
+from ...engine import Engine
 from ...linear.platform_modes import platform_equilibrium
 from ...rigs.platform import AXES
 from .. import step_metrics as metrics
@@ -126,7 +127,6 @@ def step_columns(
         metrics.hunting_lanes(period, calm[:, :, axis] * weight, size, HUNTING)
         for axis, weight in zip(axes, weights, strict=True)
     ]
-    chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]
     moved = played[:, :, axes] - played[:, :1, axes]
     y, target = moved[:, :, step.axis], np.full(len(moved), step.size)
     settled = metrics.settling_times(t, y, target, SHARE * abs(step.size))
@@ -137,8 +137,18 @@ def step_columns(
         100 * np.delete(far, step.axis, axis=1).max(axis=1),
         tripped,
         np.any(hunting, axis=0) & ~tripped,
-        played[:, :, chambers].min(axis=(1, 2)),
+        _lowest(setup.engine, played, np.array([each.p for each in platforms])),
     )
+
+
+def _lowest(engine: Engine, played: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The lowest pressure [n] Pa of any jack's chamber in states [n, k, states]: where the state of one is lowest."""
+    plant = engine.plant
+    chambers = [plant.state(f"leg{i + 1}.{name}") for i in range(LEGS) for name in ("P1", "P2")]
+    at = played[:, :, chambers].min(axis=2).argmin(axis=1)
+    rows = np.take_along_axis(played, at[:, None, None], axis=1)
+    outputs = engine.outputs(rows, np.zeros((1, len(plant.inputs))), p[:, None])
+    return outputs[:, 0, plant.output("lowest_pressure")]
 
 
 def _played(

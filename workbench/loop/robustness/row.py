@@ -12,6 +12,7 @@ from ...base.kept_columns import KeptColumns
 from ...base.numbers import finite, quantile
 from ...control.controller_spec import ControllerSpec
 from ...plant import build
+from ...rigs.oil import CAVITATES
 from ..limit import times_limit
 from ..margins import LaneMargins
 from .drawn_plants import drawn
@@ -92,7 +93,7 @@ def kept_row(kept: Kept, problem: RobustnessProblem, limit: float | None) -> dic
         "ms_worst": None if unstable else finite(np.max(columns["ms"])),
         "gain_margin_worst_db": None if unstable else finite(np.fmin.reduce(columns["gain_margin_db"])),
         "failing": int(((bad > 0) | columns["held_unstable"].astype(bool)).sum()),
-        "cavitating": int((columns["lowest_pressure"] < 0).sum()),
+        "cavitating": int((columns["lowest_pressure"] < CAVITATES).sum()),
         "times_limit": times_limit(quantiles["settling_p99_s"], limit),
         "held_unstable": int(columns["held_unstable"].sum()),
         "held_ms_worst": finite(np.fmax.reduce(columns["held_ms"])),

@@ -8,6 +8,7 @@ import casadi as ca
 
 from ...rigs.rig import Rig
 from ..assembly import Assembly
+from ..oil import chamber, continuity
 from ..orifice import root
 from .kind import ProbePoint, Valve
 from .lands import Lands, ValveFlows
@@ -103,10 +104,14 @@ class Pump(Valve):
     """Command [1], the signed share of full speed or voltage -> shaft -> pump -> direction valves -> chambers."""
 
     def flows(self, b: Assembly, command: ca.SX, lands: Lands, supply: ca.SX, drain: ca.SX) -> ValveFlows:
-        """Delivery and suction are volumes of their own; `supply` is where the relief valve opens."""
+        """Delivery and suction are volumes of their own; `supply` is where the relief valve opens.
+
+        Gas comes out on the suction alone: the delivery's pressure is above that of the chambers that it feeds.
+        """
         direction = b.input("direction", "1", 1.0)
         rest = b.magnitude("Pr")
-        delivery, low = b.state("Pd", "Pa", b.magnitude("Ps"), rest), b.state("P0", "Pa", rest, rest)
+        delivery, suction = b.state("Pd", "Pa", b.magnitude("Ps"), rest), chamber(b, "P0", rest, rest)
+        low = suction.pressure
         command = b.slot("command", command)
         asked = asked_direction(command, direction)
         speed, signals = shaft_speed(b, ca.fmax(command * ca.tanh(asked / _PART), 0), delivery - low)
@@ -117,7 +122,7 @@ class Pump(Valve):
         valves = selected_flows(b, opened, delivery, (lands.a, lands.b), low)
         stored = accumulator(b, low)
         b.rate("Pd", b["beta"] * (given - relief - valves.taken) / b["Vp"])
-        b.rate("P0", b["beta"] * (valves.returned + stored + relief - given) / b["Vs"])
+        continuity(b, suction, valves.returned + stored + relief - given, b["Vs"])
         lowest = ca.fmin(low, delivery)
         signals["pump_speed"] = speed * asked
         return ValveFlows(valves.into_a, valves.out_of_b, lowest, signals, opened[0])
@@ -145,14 +150,15 @@ class TwoWayPump(Pump):
     def flows(self, b: Assembly, command: ca.SX, lands: Lands, supply: ca.SX, drain: ca.SX) -> ValveFlows:
         """The low side is a volume of its own; `supply` is where a chamber's relief valve opens."""
         rest = b.magnitude("Pr")
-        low = b.state("P0", "Pa", rest, rest)
+        suction = chamber(b, "P0", rest, rest)
+        low = suction.pressure
         drop = lands.a - lands.b
         speed, signals = shaft_speed(b, b.slot("command", command), drop, least=-1.0)
         given = b.slot("pump_flow", b["D"] * speed - b["Cp"] * drop, speed=speed, drop=drop)
         lost_a, lost_b = (
             _to_low_side(b, chamber, other, low, supply) for chamber, other in ((lands.a, lands.b), (lands.b, lands.a))
         )
-        b.rate("P0", b["beta"] * (lost_a + lost_b + accumulator(b, low)) / b["Vs"])
+        continuity(b, suction, lost_a + lost_b + accumulator(b, low), b["Vs"])
         signals["pump_speed"] = speed
         return ValveFlows(given - lost_a, given + lost_b, ca.fmin(low, ca.fmin(lands.a, lands.b)), signals)
 

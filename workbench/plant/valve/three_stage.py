@@ -64,7 +64,10 @@ def _nozzle_chambers(
 
 
 class ThreeStage(Valve):
-    """Command [1] -> spool loop -> pilot current [A] -> pilot flows -> main spool -> main flows."""
+    """Command [1] -> spool loop -> pilot current [A] -> pilot flows -> main spool -> main flows.
+
+    Its own chambers are filled from the supply at all times, and so a liquid: of jack-10t none comes below 80 bar.
+    """
 
     def flows(self, b: Assembly, command: ca.SX, lands: Lands, supply: ca.SX, drain: ca.SX) -> ValveFlows:
         """The equations from command to flows; see Valve."""

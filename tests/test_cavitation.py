@@ -1,0 +1,156 @@
+"""Gas comes out of the oil where a chamber is sucked: no pressure below a vacuum, no oil lost, no energy made."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from random_plants import oil
+
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.linear.platform_modes import platform_equilibrium
+from workbench.plant import build, build_platform
+from workbench.rigs.oil import ATMOSPHERE, CAVITATES
+from workbench.rigs.platform.platform_file import load_platform
+from workbench.rigs.rig_file import load_rig, rig_text
+
+RIGS = ("jack-10t", "festo-tp511", "crane", "pump-rig", "two-way-pump-rig")
+
+
+def played(rig, command, push, seconds=0.3, **numbers):
+    """Outputs by name, and the run, of commands and pushes [N] as functions of time, from rest at mid stroke."""
+    plant = build(rig)
+    rest = equilibrium(plant)
+    t = np.linspace(0.0, seconds, 6001)
+    u = np.tile(rest.u, (t.size, 1))
+    u[:, plant.input("command")], u[:, plant.input("disturbance")] = command(t), push(t)
+    run = Engine(plant, 1e-7).run(rest.x, t, u, plant.parameter_values(**numbers))
+    assert run.ok
+    outputs = plant.observe(run.x, u, plant.parameter_values(**numbers))
+    return dict(zip(plant.outputs, outputs.T, strict=True)), run
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_no_chamber_falls_below_a_vacuum(name):
+    """Pulled and pushed by more than its supply can hold, and under full commands back and forth."""
+    rig = load_rig(name)
+    force, lows = 1.5 * rig["Ps"] * max(rig.areas), []
+    for command, push in (
+        (lambda t: 0.0 * t, lambda t: np.where(t < 0.15, -force, force)),
+        (lambda t: np.sign(np.sin(2 * np.pi * 9 * t)), lambda t: 0.0 * t),
+    ):
+        seen, _ = played(rig, command, push)
+        lows.append(seen["lowest_pressure"].min())
+        assert min(seen["pa"].min(), seen["pb"].min()) > -max(ATMOSPHERE - rig["Pr"], 0)
+    assert min(lows) > 0
+    assert (min(lows) < CAVITATES) == ("pump" not in name)  # their low side is held at 6 bar
+
+
+def test_a_pull_of_40_kn_on_a_closed_valve_leaves_a_vacuum_that_carries_it():
+    """The chambers carry what they can: nearly all of the pull is the pressure of the full one."""
+    rig = load_rig("jack-10t").with_values(M=200.0)
+    seen, run = played(rig, lambda t: 0.0 * t, lambda t: np.where(t > 0.02, -80e3, 0.0), Cl=0.0, K3=1e-7)
+    late = run.t > 0.25
+    assert seen["lowest_pressure"].min() > 0
+    assert seen["jack_force"][late].mean() == pytest.approx(-80e3, rel=0.05)
+
+
+def test_a_closed_valve_keeps_the_oil_and_the_energy_while_a_chamber_is_empty():
+    """As tests/test_plant.py has it of a liquid: V exp(P/beta) stays while it is one, V/w where gas fills it, and the
+    energy of mass, oil and gas, -p dV of each chamber."""
+    rig = load_rig("jack-10t")
+    plant = build(rig)
+    rest = equilibrium(plant)
+    p = plant.parameter_values(K3=0.0, Cl=0.0, b=0.0)
+    start = rest.x.copy()
+    start[plant.state("v")] = 4.0
+    t = np.linspace(0, 0.1, 20_001)
+    run = Engine(plant, 1e-9).run(start, t, np.tile(rest.u, (t.size, 1)), p)
+    x, v = run.x[:, plant.state("x")], run.x[:, plant.state("v")]
+    stored = 0.5 * rig["M"] * v**2
+    emptied = 0.0
+    for name, side in (("P1", 1), ("P2", -1)):
+        state = run.x[:, plant.state(name)]
+        pressure, room = oil(rig, state)
+        volume = rig["V0"] + rig["Aj"] * (rig["S"] / 2 + side * x)
+        liquid = state > ATMOSPHERE
+        left = volume * np.where(liquid, np.exp((state - ATMOSPHERE) / rig["beta"]), 1 / room)
+        assert left == pytest.approx(left[0], rel=2e-5)
+        emptied = max(emptied, room.max() - 1)
+        work = np.diff(volume) * (pressure[1:] + pressure[:-1]) / 2
+        stored = stored - np.append(0.0, np.cumsum(work))
+    assert emptied > 0.005
+    assert stored == pytest.approx(stored[0], rel=1e-3)
+
+
+@given(st.floats(-5e8, 4e7), st.sampled_from(("jack-10t", "crane")))
+def test_pressure_and_stiffness_of_the_oil_fall_smoothly(state, name):
+    """dp/ds is continuous, positive, 1 of a liquid; and above 1 atm the pressure is the state itself, to the bit."""
+    rig, plant = load_rig(name), PLANTS[name]
+    x = plant.start
+    u = np.zeros(len(plant.inputs))
+
+    def pressure(s):
+        x[plant.state("P1")] = s
+        return float(plant.observe(x, u)[0, plant.output("pa")])
+
+    assert pressure(state) == pytest.approx(float(oil(rig, state)[0]), rel=1e-9, abs=1e-3)
+    saturated = min(ATMOSPHERE, rig["Pr"])
+    if state >= saturated:
+        assert pressure(state) == state
+    slopes = [(pressure(s + 1) - pressure(s - 1)) / 2 for s in (state - 50, state + 50)]
+    assert 0 < slopes[0] < 1 + 1e-6
+    assert slopes[1] - slopes[0] == pytest.approx(0.0, abs=100 / 2e4 + 1e-6)  # the knee is 0.2 bar wide
+
+
+PLANTS = {name: build(replace(load_rig(name), sensors={})) for name in ("jack-10t", "crane")}
+
+
+def test_gas_and_vapour_are_numbers_of_the_rig(tmp_path):
+    """More gas keeps the pressure up, a volatile oil keeps it above its vapour's; and a file holds both."""
+    rig = load_rig("jack-10t")
+    text = rig_text(rig)
+    assert "gas" not in rig.numbers
+    assert "Pv" not in text
+    numbers = '\n[oil]\ngas = {value = 0.5, unit = "%"}\nPv = {value = 0.2, unit = "bar"}'
+    (tmp_path / "other.toml").write_text(text.replace("\n[oil]", numbers))
+    other = load_rig(tmp_path / "other.toml")
+    assert (other["gas"], other["Pv"]) == pytest.approx((0.005, 2e4))
+    (tmp_path / "again.toml").write_text(rig_text(other))
+    assert load_rig(tmp_path / "again.toml").numbers == other.numbers
+    lows = []
+    for each in (rig, other, other.with_values(Pv=0.0)):
+        plant = build(each)
+        x = plant.start
+        x[plant.state("P1")] = -5e8
+        lows.append(plant.observe(x, np.zeros(len(plant.inputs)))[0, plant.output("lowest_pressure")])
+    assert lows[1] > 2e4 > lows[0] > lows[2] > 0
+
+
+def test_the_valve_s_own_chambers_stay_full():
+    """That is why they are liquids: fed from the supply at all times, and hardly swept."""
+    rng = np.random.default_rng(3)
+    rig = load_rig("jack-10t")
+    plant = build(rig)
+    rest = equilibrium(plant)
+    t = np.linspace(0, 0.4, 4001)
+    commands = [np.sign(np.sin(2 * np.pi * f * t)) for f in (5, 30, 100, 200)]
+    commands += [np.repeat(rng.uniform(-1, 1, 401), 10)[: t.size]]
+    columns = [plant.state(name) for name in ("Pg2", "Pd2", "Pg3", "Pd3")]
+    for command in commands:
+        u = np.tile(rest.u, (t.size, 1))
+        u[:, 0] = command
+        assert Engine(plant).run(rest.x, t, u).x[:, columns].min() > 70e5
+
+
+def test_a_platform_s_jacks_have_it_too():
+    platform = load_platform("hexapod")
+    plant = build_platform(platform)
+    rest = platform_equilibrium(plant, None)
+    t = np.linspace(0, 0.25, 1001)
+    u = np.tile(rest.u, (t.size, 1))
+    u[:, :6] = np.where(np.sin(2 * np.pi * 8 * t) > 0, 1.0, -1.0)[:, None]
+    run = Engine(plant).run(rest.x, t, u)
+    lowest = plant.observe(run.x[::5], u[::5])[:, plant.output("lowest_pressure")]
+    assert 0 < lowest.min() < CAVITATES
