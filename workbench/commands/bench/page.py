@@ -7,7 +7,7 @@ from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.bench_experiment import BenchConfig, BenchLoop
 from ..common.fitted_plant import with_fit
-from ..common.judged import judged_words
+from ..common.judged import gas_words, judged_words
 from ..common.metric_table import MARGINS, MetricView
 from .entry import Entries
 from .figures import excursion, linear_figures, sine_figures, spread_scatter, stiffness_figure, time_responses
@@ -178,6 +178,7 @@ def _every(loop: BenchLoop, metrics: Metrics) -> list[Table]:
     )
     motion += ("residual_oscillation", "band", "peak_deviation", "tripped")
     note = " ".join(("The rows of metrics.json.", *(line for each in loop.scenarios for line in each.remarks)))
+    note += gas_words(rows)
     whose = ("scenario", "rig", "controller")
     worse = "The worse of null and moving."
     return [

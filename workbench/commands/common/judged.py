@@ -1,5 +1,9 @@
-"""Under which conditions loops were judged, in words."""
+"""Under which conditions loops were judged, and where the oil cavitates, in words."""
 
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ...base.words import counted
 from ...loop.rig_variations import Conditions
 from ...rigs.rig import Rig
 
@@ -21,4 +25,19 @@ def _conditions(conditions: Conditions, rig: Rig) -> str:
     return (
         f"With a computing delay of {delay:g} ms, or the controller's own, and the sensors' noise (seed "
         f"{conditions.seed}) and resolution"
+    )
+
+
+def gas_words(rows: Iterable[Mapping[str, Any]]) -> str:
+    """In which rows gas comes out of the oil in a chamber, the longest first, after a space; or empty."""
+    those = sorted((row for row in rows if row["cavitation_s"]), key=lambda row: row["cavitation_s"], reverse=True)
+    if not those:
+        return ""
+    longest, others = those[0], len(those) - 1
+    rig = f" on {longest['rig']}" if "rig" in longest else ""
+    more = f", and less long in {counted(others, 'other run')}" if others else ""
+    return (
+        f" Gas comes out of the oil in a chamber: {longest['scenario']} with {longest['controller']}{rig}, for "
+        f"{1e3 * longest['cavitation_s']:.3g} ms and down to {longest['lowest_pressure_bar']:.2g} bar absolute{more}. "
+        "The chamber carries next to nothing then, and what fills again may knock."
     )

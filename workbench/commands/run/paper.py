@@ -22,6 +22,8 @@ from ..common.sines import packed, unpacked
 from .options import PaperConfig
 
 HIGHEST = 300.0  # Hz
+_FITTED = "fitted to the published curves"  # how the source of such a number begins
+_CONSISTENT = "that they agree is consistency, not validation."
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,11 @@ def _page(
     worst = max((abs(row["error_percent"]) for row in rows if row["error_percent"] is not None), default=None)
     difference = "" if worst is None else f"; the largest difference from the paper's model is {worst:.1f} %"
     verdict = f"Rig {rig.name}: {sum(r['value'] is not None for r in rows)} of 8 published figures found{difference}."
+    fitted = [name for name, number in rig.numbers.items() if number.source.startswith(_FITTED)]
+    if fitted:
+        verdict += (
+            f" {len(fitted)} of its numbers ({', '.join(fitted)}) were fitted to these same figures: {_CONSISTENT}"
+        )
     comparison = Table(
         "The paper's eight numbers",
         ["quantity", "this rig", "unit", "paper's model", "difference [%]", "maker's curve"],

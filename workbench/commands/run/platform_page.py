@@ -13,6 +13,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS, AxisStep
 from ...report import Curve, Figure, FrequencyCurve, Page, Panel, Scene, Section, Table, bode, gains
 from ...rigs.platform import AXES, Platform
+from ..common.judged import gas_words
 from ..common.metric_table import MetricView
 from ..common.platform_motion import PlatformRecord
 from ..common.platform_scene import platform_scene
@@ -119,7 +120,10 @@ def _modes(findings: "PlatformFindings") -> Table:
 def _rows_table(rows: list[dict[str, Any]]) -> Table:
     keys = ("scenario", "controller", "settling_s", "overshoot_percent", "rise_s", "peak_command", "saturated_s")
     keys += ("cavitation_s", "f3db_hz", "ms", "peak_power_w", "tripped")
-    note = "Settling into 2 % of the step. Ms: largest singular value of the sensitivity at the commands, linear."
+    note = (
+        "Settling into 2 % of the step. Ms: largest singular value of the sensitivity at the commands, linear."
+        f"{gas_words(rows)}"
+    )
     return MetricView().table("Steps", rows, keys, note, ("settling_s",))
 
 

@@ -17,7 +17,7 @@ from ...loop.scenarios import Scenario
 from ...report import Figure, Page, Section, Table
 from ..common.design_numbers import Subject
 from ..common.fitted_plant import with_fit
-from ..common.judged import judged_words
+from ..common.judged import gas_words, judged_words
 from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
 from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
@@ -154,7 +154,7 @@ def _metrics_table(config: StepConfig, rows: list[dict[str, Any]]) -> Table:
     note = (
         "Settling into +-band, 2 % of the step or three standard deviations of the sensor, from where reference, "
         f"far end and load stand. {judged_words(config.conditions, config.rig)} Limited: the guard changed the "
-        "command. Cavitation: gas comes out of the oil in a chamber."
+        f"command.{gas_words(rows)}"
     )
     note += "".join(f" {remark}" for scenario in config.scenarios for remark in scenario.remarks)
     maker = MetricView.of(config.rig, config.signal, config.scenarios)
