@@ -18,6 +18,7 @@ from workbench.loop import limit as limits
 from workbench.loop.capability import oil_stiffness
 from workbench.loop.limit import settling_limit, times_limit
 from workbench.loop.scenarios import SCENARIOS
+from workbench.rigs.oil import ATMOSPHERE
 from workbench.rigs.rig_file import load_rig
 
 
@@ -62,7 +63,7 @@ def test_ten_millimetres_take_a_third_of_what_the_best_loop_needs(ten):
     """From outside, by another program on a mesh of 1 ms: 0.024 s, and 0.020 s only below the vapour's pressure."""
     assert 0.020 < ten.settling < 0.024
     assert ten.mesh_difference < 0.005 * ten.settling
-    assert abs(ten.lowest_pressure) < 0.5e5  # it is the oil's vapour that holds it back
+    assert abs(ten.lowest_pressure - ATMOSPHERE) < 0.5e5  # it is the oil's gas that holds it back
     assert ten.peak_command < 1
 
 

@@ -24,8 +24,9 @@ from workbench.rigs.rig_file import load_rig, save_rig
 
 KEYS = [
     *("controller", "rig", "scenario", "settling_s", "overshoot_percent", "rise_s", "steady_state_error", "iae"),
-    *("peak_command", "saturated_s", "cavitation_s", "residual_oscillation", "stable", "tripped", "f3db_hz", "f90_hz"),
-    *("peak_db", "gain_margin_db", "phase_margin_deg", "ms", "margins", "band", "peak_deviation", "rms_error"),
+    *("peak_command", "saturated_s", "cavitation_s", "lowest_pressure_bar", "residual_oscillation", "stable"),
+    *("tripped", "f3db_hz", "f90_hz", "peak_db", "gain_margin_db", "phase_margin_deg", "ms", "margins", "band"),
+    *("peak_deviation", "rms_error"),
 ]
 
 CONFIG = """

@@ -4,6 +4,7 @@ rig, number, sensor    a rig, its numbers and its sensors
 rig_file, rig_table    its TOML file, read and written; the bundled ones are beside this file
 shipped     the names of the bundled rigs and platforms
 schema, together    the numbers that every rig has, and what they have to be to each other
+oil         what its oil is where its file does not say
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
 jack, load  the kinds of jack and of load
 limited     the signals that stay within limits, and whose each limit is

@@ -13,6 +13,7 @@ from ...loop.learning import Learned, LearningFilter, rms
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
+from ...rigs.oil import CAVITATES
 from ...rigs.platform import AXES
 from ..common.metric_table import MetricView
 from ..common.record_experiment import RecordExperiment
@@ -169,9 +170,9 @@ def _limits(learned: Mapping[str, Learned]) -> str:
     sentences = ""
     for name, each in learned.items():
         best = each.best
-        lowest = _bar(best.lowest_pressure)
-        if lowest is not None and lowest < 0:
-            sentences += f" Out of reach on {name}: a chamber falls to {lowest:.3g} bar, where no model holds."
+        if best.lowest_pressure is not None and best.lowest_pressure < CAVITATES:
+            low = f"{_bar(best.lowest_pressure):.2g} bar absolute"
+            sentences += f" Out of reach on {name}: gas comes out of the oil in a chamber, at {low}."
         if best.saturated:
             sentences += f" On {name} the command is limited for {best.saturated:.3g} s."
         if each.iterations[0].tripped:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...plant.valve.supply import supply_power
-from ...rigs.oil import saturation
+from ...rigs.oil import ATMOSPHERE, saturation
 from ...rigs.rig import Rig
 from ..capability import oil_stiffness, stall_force
 from .carried import LoadResponse
@@ -32,7 +32,7 @@ BOUNDS = {
     "flow": "flow of the open lands at the pressure drop that the load leaves",
     "valve": "the same, where a valve follows full command no further",
     "command rate": "the same, where the command's rate is limited too",
-    "cavitation": "no gas in a chamber: it comes out of the oil below 1 atm",
+    "cavitation": "no chamber at a vacuum, where gas alone fills it",
     "pump": "mean flow of a cycle out of the pump",
 }
 PHASES, HALVINGS = 240, 50
@@ -185,9 +185,9 @@ class HarmonicMotion:
         return need.opening.max(axis=1) <= opening
 
     def filled(self, amplitude: np.ndarray) -> np.ndarray:
-        """Whether no chamber has gas."""
+        """Whether oil fills both chambers."""
         need = demanded(self.rig, amplitude[:, None] * self.speed, self.held + amplitude[:, None] * self.force)
-        return need.lowest.min(axis=1) >= saturation(self.rig["Pr"])
+        return need.lowest.min(axis=1) >= saturation(self.rig["Pr"]) - ATMOSPHERE
 
 
 def _pumped(rig: Rig, oil: np.ndarray, pump: float, most: float) -> np.ndarray:
