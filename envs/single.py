@@ -35,7 +35,7 @@ class JackPosition(_Jack):
     | 0 | reference | 250 mm | what is asked for now |
     | 1 | error | 10 mm | reference less measured position |
     | 2 | command | 1 | spool command that the drive holds, after the guard |
-    | 3 | P1 | 210 bar | pressure of chamber A |
+    | 3 | P1 | 210 bar | pressure of chamber A; below 1 atm it counts the oil that lacks (docs/physics.md) |
     | 4 | P2 | 210 bar | pressure of chamber B |
     | 5 | x | 250 mm | jack position from mid stroke |
     | 6 | v | 5 m/s | jack velocity |
@@ -130,7 +130,7 @@ class JackForce(_Jack):
     | 0 | reference | 90 kN | what is asked for now |
     | 1 | error | 10 kN | reference less measured force |
     | 2 | command | 1 | spool command that the drive holds, after the guard |
-    | 3 | P1 | 210 bar | pressure of chamber A |
+    | 3 | P1 | 210 bar | pressure of chamber A; below 1 atm it counts the oil that lacks (docs/physics.md) |
     | 4 | P2 | 210 bar | pressure of chamber B |
     | 5 | x | 250 mm | jack position from mid stroke |
     | 6 | v | 5 m/s | jack velocity |

@@ -35,7 +35,7 @@ def gas_words(rows: Iterable[Mapping[str, Any]]) -> str:
         return ""
     longest, others = those[0], len(those) - 1
     rig = f" on {longest['rig']}" if "rig" in longest else ""
-    more = f", and less long in {counted(others, 'other run')}" if others else ""
+    more = f", and for less long in {counted(others, 'other run')}" if others else ""
     return (
         f" Gas comes out of the oil in a chamber: {longest['scenario']} with {longest['controller']}{rig}, for "
         f"{1e3 * longest['cavitation_s']:.3g} ms and down to {longest['lowest_pressure_bar']:.2g} bar absolute{more}. "
