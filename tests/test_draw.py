@@ -216,7 +216,7 @@ def test_a_foreign_effect_simulates(one, rig, plant):
     ]
     moved = [
         np.abs(motions[0].outputs[name] - motions[1].outputs[name]).max() / np.ptp(motions[1].outputs[name])
-        for name in ("current", "spool", "pa", "acceleration")
+        for name in ("current", "spool", "pa", "acceleration", "position")
         if name in motions[1].outputs
     ]
     assert np.all(np.isfinite(moved))

@@ -102,6 +102,32 @@ def _coulomb(v0):
     return lambda f, p, x, c: (f + p["Fc"] * np.tanh(c["velocity"] / v0), {})
 
 
+def _pressed(pressure):
+    def docstring(f, p, x, c):
+        level = p["Fc"] + p["Fp"] * pressure(c) / c["feed"]
+        return f + level * np.tanh(c["velocity"] / 2e-3), {}
+
+    return docstring
+
+
+def _by_direction(f, p, x, c):
+    return f + p["Fc_out" if c["velocity"] > 0 else "Fc_in"] * np.tanh(c["velocity"] / 2e-3), {}
+
+
+def _bend(name):
+    def docstring(y, p, x, c):
+        full = c["high"] - c["low"]
+        w = min(max((y - c["low"]) / full, 0), 1)
+        return y + p[name] * full * 4 * w * (1 - w), {}
+
+    return docstring
+
+
+def _bend_each_way(y, p, x, c):
+    w = min(abs(y) / c["high"], 1)
+    return y + np.sign(y) * p["e"] * c["high"] * 4 * w * (1 - w), {}
+
+
 def _stribeck(v0):
     def docstring(f, p, x, c):
         level = p["Fc"] + (p["Fs"] - p["Fc"]) * np.exp(-((c["velocity"] / p["vs"]) ** 2))
@@ -291,6 +317,8 @@ DRAWN = {"flow": FLOW, "rated": st.just(0.02), "supply": some(2e6, PS)}
 OIL = {"pressure": PRESSURE}
 CHAMBERS = {"pa": PRESSURE, "pb": PRESSURE, "drain": st.just(PR)}
 PLACE = {"position": some(-0.25, 0.25)}
+SCALE = {"low": st.just(-0.25), "high": st.just(0.25)}
+GAUGE = {"low": st.just(0.0), "high": st.just(PS)}
 NONE = st.none()
 
 DOCSTRINGS = (
@@ -346,6 +374,26 @@ DOCSTRINGS = (
     ("jack.friction", "coulomb", "friction", FORCE, RUBBING, _coulomb(2e-3)),
     ("jack.friction", "stribeck", "friction", FORCE, RUBBING, _stribeck(2e-3)),
     ("jack.friction", "lugre", "friction", FORCE, RUBBING, _lugre),
+    (
+        "jack.friction",
+        "pressed by the difference",
+        "friction",
+        FORCE,
+        RUBBING | {"drop": some(-4e7, 4e7), "feed": st.just(PS)},
+        _pressed(lambda c: abs(c["drop"])),
+    ),
+    (
+        "jack.friction",
+        "pressed by the mean",
+        "friction",
+        FORCE,
+        RUBBING | {"mean": PRESSURE, "feed": st.just(PS)},
+        _pressed(lambda c: max(c["mean"], 0)),
+    ),
+    ("jack.friction", "by direction", "friction", FORCE, RUBBING, _by_direction),
+    ("sensor.bend", "position", "sensor_position", some(-0.3, 0.3), SCALE, _bend("e")),
+    ("sensor.bend", "force", "sensor_force", FORCE, {"high": st.just(8e4)}, _bend_each_way),
+    ("sensor.bend", "pressures", "sensor_pa", PRESSURE, GAUGE, _bend("a")),
     ("jack.crossport_relief", "linear", "leakage", FLOWS, CHAMBERS, _relief_linear),
     ("jack.crossport_relief", "orifice", "leakage", FLOWS, CHAMBERS, _relief_orifice),
     ("load.backlash", "measured on the rod", "acceleration", some(-50, 50), {}, _backlash),

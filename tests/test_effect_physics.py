@@ -23,6 +23,41 @@ def test_friction_opposes_motion(name, formula, v):
 
 
 @FEW
+@given(v=st.floats(-1, 1), pa=st.floats(-1e5, 4e7), pb=st.floats(-1e5, 4e7))
+@pytest.mark.parametrize("formula", ["pressed by the difference", "pressed by the mean", "by direction"])
+def test_friction_takes_energy_whatever_the_pressures_and_the_direction(formula, v, pa, pb):
+    effect, pressures = find("jack.friction", formula), {"drop": pa - pb, "mean": (pa + pb) / 2, "feed": 21e6}
+    ((force,), _) = evaluated(effect, "friction", 0.0, velocity=v, **pressures)
+    assert force * v >= 0
+    ((none,), _) = evaluated(
+        effect, "friction", 0.0, dict.fromkeys((n.name for n in effect.numbers), 0.0), velocity=v, **pressures
+    )
+    assert none == 0
+
+
+@FEW
+@given(share=st.floats(-0.1, 0.1), w=st.floats(0, 1))
+@pytest.mark.parametrize(
+    ("formula", "slot", "low"),
+    [("position", "sensor_position", -0.25), ("pressures", "sensor_pa", 0.0), ("force", "sensor_force", -0.25)],
+)
+def test_a_bent_transducer_is_right_at_both_ends_and_never_turns_back(formula, slot, low, share, w):
+    bend, number = find("sensor.bend", formula), "a" if formula == "pressures" else "e"
+
+    def shown(place):
+        signal = low + place * (0.25 - low)
+        return evaluated(bend, slot, signal, {number: share}, low=low, high=0.25)[0][0] - signal
+
+    assert shown(0.0) == pytest.approx(0, abs=1e-15)
+    assert shown(1.0) == pytest.approx(0, abs=1e-15)
+    most = 0.25 if formula == "force" else 0.25 - low
+    assert abs(shown(w)) <= abs(share) * most * (1 + 1e-9)
+    assert shown(0.75 if formula == "force" else 0.5) == pytest.approx(share * most)
+    step = 1e-3 * (0.25 - low)
+    assert w > 0.999 or shown(w + 1e-3) - shown(w) > -step
+
+
+@FEW
 @given(alpha=st.floats(1e-4, 0.3), p=st.floats(1e3, 4e7), more=st.floats(1.01, 3))
 @pytest.mark.parametrize("formula", ["isothermal", "polytropic", "fixed share", "power"])
 def test_air_softens_and_pressure_stiffens(formula, alpha, p, more):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.errors import InputError, nearest
 from .effects.effect import Effect, Scope
-from .effects.slots import ORIGINS, SENSED, SLOTS
+from .effects.slots import ORIGINS, RANGED, SENSED, SLOTS
 
 
 @dataclass(frozen=True)
@@ -250,9 +250,19 @@ class Assembly:
                 self._outputs[name] = self.sensor(name, self._outputs[name])
 
     def sensor(self, name: str, value: ca.SX) -> ca.SX:
-        """A signal through the slot of its sensor, which offers the part of it that is a number of the rig."""
+        """A signal through the slot of its sensor, which offers the part that is a number of the rig, and its range."""
         rest = self[ORIGINS[name]] if name in ORIGINS else ca.SX(0)
-        return self.slot(f"sensor_{name}", value, rest=rest)
+        ends = dict(zip(("low", "high"), self._range(name), strict=True)) if name in RANGED else {}
+        return self.slot(f"sensor_{name}", value, rest=rest, **ends)
+
+    def _range(self, name: str) -> tuple[ca.SX, ca.SX]:
+        """Both ends of what a signal of RANGED can be."""
+        if name == "position":
+            return self["xmid"] - self["S"] / 2, self["xmid"] + self["S"] / 2
+        if name == "force":
+            full = self["Ps"] * self["Aj" if "Aj" in self else "AA"]
+            return -full, full
+        return ca.SX(0), self["Ps"]
 
     @property
     def outputs(self) -> Mapping[str, ca.SX]:

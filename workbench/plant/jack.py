@@ -68,7 +68,8 @@ def fill(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, dra
 def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:
     """Force [N] that the piston gives to what it carries: pressure less friction and end stops."""
     stop = end_stop(x, v, b["S"] / 2, b["ke"], b["ce"], 1e-4)
-    friction = b.slot("friction", ca.SX(0), velocity=v, position=x, drop=jack.pa - jack.pb)
+    pressures = {"drop": jack.pa - jack.pb, "mean": (jack.pa + jack.pb) / 2, "feed": b["Ps"]}
+    friction = b.slot("friction", ca.SX(0), velocity=v, position=x, **pressures)
     return jack.force - b["b"] * v - stop - friction
 
 

@@ -21,6 +21,7 @@ EFFECT = {
     "load.backlash": "there is play between rod and load",
     "load.compliance": "the mount or the rod gives",
     "sensor.lag": "the pressure sensors are late",
+    "sensor.bend": "a sensor's curve bends",
     "sensor.filter": "a low pass of the logger delays all that is measured",
 }
 PUMP_EFFECT = {

@@ -24,6 +24,8 @@ HELD: Mapping[str, float] = {
     "pa": 1e5,
     "pressure": 1e7,
     "supply": 2e7,
+    "feed": 2e7,
+    "high": 2e7,
 }
 """What a slot offers besides the variable [SI], where nobody says; anything else is 0."""
 

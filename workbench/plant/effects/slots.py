@@ -24,6 +24,8 @@ READS = {"pa": "P1", "pb": "P2", "spool": "z3", "position": "x", "velocity": "v"
 """The state of the plant that a signal is, but for a number of the rig where ORIGINS has one."""
 ORIGINS = {"position": "xmid", "supply": "Ps"}
 """The number of the rig from which a signal deviates."""
+RANGED = ("position", "force", "pa", "pb")
+"""Signals of which a rig's numbers say the range: stroke, what supply pressure gives on the piston, supply pressure."""
 
 _VALVE = {
     "command": Slot("spool-position command [1] after the drive's input"),
@@ -54,8 +56,14 @@ _PLANT = {
     "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
-    "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop")),
-    **{f"sensor_{name}": Slot(f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]", ("rest",)) for name in SENSED},
+    "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop", "mean", "feed")),
+    **{
+        f"sensor_{name}": Slot(
+            f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]",
+            ("rest", *(("low", "high") if name in RANGED else ())),
+        )
+        for name in SENSED
+    },
 }
 """Slots of every plant, whatever its valve; that of a signal which a plant has not is not there."""
 

@@ -82,6 +82,12 @@ def _slow(pressure: ca.SX, s: Scope, side: str) -> ca.SX:
     return s.x(side) + FAST / length * (pressure - s.x(side))
 
 
+def _half_sine(position: ca.SX, s: Scope) -> ca.SX:
+    """x + e S sin(pi w), w from 0 at one stop to 1 at the other."""
+    stroke = s["high"] - s["low"]
+    return position + s.p("e") * stroke * ca.sin(ca.pi * (position - s["low"]) / stroke)
+
+
 def _late_a(pressure: ca.SX, s: Scope) -> ca.SX:
     """Half a first-order all-pass: see _late."""
     return _late(pressure, s, "a")
@@ -199,6 +205,13 @@ EFFECTS = (
         {"sensor_pa": _slow_a, "sensor_pb": _slow_b},
         (size("tau_a", "s", 2e-3, 0.1, "time constant of A"), size("tau_b", "s", 1e-3, 0.1, "time constant of B")),
         _SIDES,
+    ),
+    off_library(
+        "sensor.bend",
+        "half a sine",
+        "Doebelin, Measurement Systems, 5th ed. 2004, ch. 3: static calibration",
+        {"sensor_position": _half_sine},
+        (size("e", "1", 0.01, 0.1, "bend in the middle of the stroke"),),
     ),
     off_library(
         "sensor.lag",

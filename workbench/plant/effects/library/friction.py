@@ -137,3 +137,52 @@ def _formulas(of: _Rubbing) -> tuple[Effect, ...]:
 spool_coulomb, spool_stribeck, spool_lugre = _formulas(_SPOOL)
 relative_coulomb, relative_stribeck, relative_lugre = _formulas(_DATASHEET_SPOOL)
 jack_coulomb, jack_stribeck, jack_lugre = _formulas(_JACK)
+
+_newtons = partial(number, si="N", low=0.0, off=0.0, high=_JACK.highest, dry=True)
+_pressed = partial(
+    effect,
+    _JACK.name,
+    equation=_JACK.equation,
+    slot=_JACK.slot,
+    source="Tran, Hafizah, Yanada, Mechatronics 22(1), 2012: friction of hydraulic cylinders grows with pressure",
+    shows="slow triangles with reversals, under loads or accelerations that make the pressures differ",
+    numbers=(
+        _newtons("Fc", 400.0, meaning="Coulomb friction of seals without pressure"),
+        _newtons("Fp", 800.0, meaning="what supply pressure on the seals adds"),
+    ),
+)
+
+
+def _pushed(friction: ca.SX, s: Scope, pressure: ca.SX) -> ca.SX:
+    level = s.p("Fc") + s.p("Fp") * ca.fmax(pressure, 0) / s["feed"]
+    return friction + level * ca.tanh(s["velocity"] / _JACK.creep)
+
+
+@_pressed("pressed by the difference")
+def pressed_by_difference(friction: ca.SX, s: Scope) -> ca.SX:
+    """F = (Fc + Fp |pA - pB|/Ps) tanh(v/v0), v0 = 2 mm/s: the seal of the piston."""
+    return _pushed(friction, s, ca.fabs(s["drop"]))
+
+
+@_pressed("pressed by the mean")
+def pressed_by_mean(friction: ca.SX, s: Scope) -> ca.SX:
+    """F = (Fc + Fp max(pA + pB, 0)/(2 Ps)) tanh(v/v0), v0 = 2 mm/s: the seals of two rods."""
+    return _pushed(friction, s, s["mean"])
+
+
+@effect(
+    _JACK.name,
+    "by direction",
+    equation=_JACK.equation,
+    slot=_JACK.slot,
+    source=f"{_ARMSTRONG}: friction that differs with the sign of the velocity",
+    shows=_JACK.shows,
+    numbers=(
+        _newtons("Fc_out", 1000.0, meaning="Coulomb friction while the rod extends"),
+        _newtons("Fc_in", 600.0, meaning="Coulomb friction while it retracts"),
+    ),
+)
+def by_direction(friction: ca.SX, s: Scope) -> ca.SX:
+    """F = Fc_out max(T, 0) + Fc_in min(T, 0), T = tanh(v/v0), v0 = 2 mm/s."""
+    turned = ca.tanh(s["velocity"] / _JACK.creep)
+    return friction + s.p("Fc_out") * ca.fmax(turned, 0) + s.p("Fc_in") * ca.fmin(turned, 0)

@@ -1,4 +1,6 @@
-"""What measures: pressure transducers at the end of lines (sensor.lag), a logger's low pass (sensor.filter)."""
+"""What measures: transducers at the end of lines (sensor.lag) or with a curve (sensor.bend), a logger's low pass
+(sensor.filter).
+"""
 
 from functools import partial
 
@@ -6,7 +8,7 @@ import casadi as ca
 
 from ....base.signals import SIGNALS
 from ..decorator import Law, effect, number, state
-from ..effect import Effect, Scope
+from ..effect import Effect, EffectNumber, Scope
 from ..lag import first_order, second_order, section
 from ..natural import LARGE
 from ..slots import READS, SENSED
@@ -111,3 +113,55 @@ def _logger_filter(formula: str) -> Effect:
 
 
 bessel_2, butterworth_2, bessel_4, butterworth_4 = map(_logger_filter, _SECTIONS)
+
+
+_bend = partial(
+    effect,
+    "sensor.bend",
+    equation="sensor",
+    source="Doebelin, Measurement Systems, 5th ed., McGraw-Hill 2004, ch. 3: static calibration, terminal-based line",
+)
+
+
+def _share(name: str = "e", of: str = "") -> EffectNumber:
+    return number(
+        name, 0.01, "1", shown="%", low=-0.1, high=0.1, off=0.0, meaning=f"bend{of} in the middle of the range"
+    )
+
+
+def _bent(signal: ca.SX, low: ca.SX, high: ca.SX, share: ca.SX) -> ca.SX:
+    """y = s + e (high - low) 4 w (1 - w), w = sat01((s - low)/(high - low))."""
+    w = ca.fmax(ca.fmin((signal - low) / (high - low), 1), 0)
+    return signal + share * (high - low) * 4 * w * (1 - w)
+
+
+@_bend(
+    "position", slot="sensor_position", shows="slow travel from stop to stop, with the load cell", numbers=(_share(),)
+)
+def bent_position(position: ca.SX, s: Scope) -> ca.SX:
+    """x + e S 4 w (1 - w), w from 0 at one stop to 1 at the other."""
+    return _bent(position, s["low"], s["high"], s.p("e"))
+
+
+@_bend("force", slot="sensor_force", shows="forces of all sizes beside both pressures", numbers=(_share(),))
+def bent_force(force: ca.SX, s: Scope) -> ca.SX:
+    """F + e Fm 4 w (1 - w) sign F, w = sat01(|F|/Fm), Fm supply pressure times the area of side A: right at no load."""
+    bent = _bent(ca.fabs(force), ca.SX(0), s["high"], s.p("e"))
+    return ca.if_else(force < 0, -bent, bent)
+
+
+def _bent_b(pressure: ca.SX, s: Scope) -> ca.SX:
+    """pB + b Ps 4 w (1 - w), w = sat01(pB/Ps)."""
+    return _bent(pressure, s["low"], s["high"], s.p("b"))
+
+
+@_bend(
+    "pressures",
+    slot="sensor_pa",
+    also={"sensor_pb": _bent_b},
+    shows="pressures from the low side to the supply, beside a second gauge or a load cell",
+    numbers=(_share("a", " of A"), _share("b", " of B")),
+)
+def bent_pressures(pressure: ca.SX, s: Scope) -> ca.SX:
+    """pA + a Ps 4 w (1 - w), w = sat01(pA/Ps)."""
+    return _bent(pressure, s["low"], s["high"], s.p("a"))
