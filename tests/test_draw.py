@@ -21,6 +21,10 @@ from experiments.studies.trace.campaigns.strength import scaled, settle
 from workbench.engine import Engine
 from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.fit.predict import predict_windows
+from workbench.identify.trace.localise import clear_evidence, likely_equations
+from workbench.identify.trace.locate import locate_fault
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig
 from workbench.plant import build
 from workbench.plant.effects import applies
 from workbench.records import load_campaign
@@ -290,3 +294,35 @@ def test_a_campaign_on_a_drawn_rig_brings_its_rig_file(tmp_path, seed, few):
     assert signals == ({"pa", "position"} if few else set(own.sensors))
     for name, value in squares(own, tmp_path / "own", truth, {}).items():
         assert 0.9 < value < 1.15, name
+
+
+def location(folder, rig, *without):
+    """Where a drawn campaign's misfit sits, by records that lack some signals."""
+    campaign = load_campaign(folder)
+    less = {
+        role: tuple(
+            replace(record, signals={name: each for name, each in record.signals.items() if name not in without})
+            for record in getattr(campaign, role)
+        )
+        for role in ("static", "train", "heldout")
+    }
+    problem = estimation_problem(replace(campaign, **less), rig)
+    return problem, locate_fault(problem, fit_rig(problem))
+
+
+@pytest.mark.parametrize(
+    ("effect", "before"), [(("pilot.hysteresis", "magnet dahl squared"), True), (("main.deadband", "cubic"), False)]
+)
+def test_the_advised_record_of_the_spool_tells_what_is_before_it_from_what_is_behind_it(tmp_path, effect, before):
+    """Slow triangles with reversals, steps, and a multisine: the spool by the command alone is off, or is not."""
+    plan = CampaignPlan(3, "single", (effect,), misfit=300.0, rig="second-order-3")
+    draw(plan, tmp_path / "own")
+    rig = load_rig(load_campaign(tmp_path / "own").rig)
+    problem, place = location(tmp_path / "own", rig)
+    assert (place.equation == "drive") is before
+    assert (place.parity_residuals["drive"] > 2.0) is before
+    assert place.parity_residuals["drive"] < 1.2 or before
+    problem, place = location(tmp_path / "own", rig, "spool")
+    clear = clear_evidence(place.evidence, problem.kappa)
+    assert "drive" not in place.parity_residuals
+    assert {"drive", "flow"} >= set(likely_equations(place.evidence, place.parity_residuals, clear))

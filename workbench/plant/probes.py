@@ -8,6 +8,7 @@ from typing import Any
 
 import casadi as ca
 
+from ..rigs.load import ROD_CELL
 from ..rigs.rig import Rig
 from .effects import Effect, EffectInput, Scope
 from .valve import VALVES, ProbePoint
@@ -24,9 +25,12 @@ def _added(name: str) -> _Law:
     return law
 
 
-def _pushed(force: ca.SX, s: Scope) -> ca.SX:
-    """A force against motion less the input, which pushes along it."""
-    return force - s.u("force")
+def _pushed(name: str = "force") -> _Law:
+    def law(force: ca.SX, s: Scope) -> ca.SX:
+        """A force against motion less the input, which pushes along it."""
+        return force - s.u(name)
+
+    return law
 
 
 def _fed(leaks: _Pair, s: Scope) -> _Pair:
@@ -39,7 +43,7 @@ def _probe(equation: str, laws: dict[str, _Law], *inputs: EffectInput) -> Effect
 
 
 def _at(point: ProbePoint) -> Effect:
-    law = _pushed if point.against_motion else _added(point.name)
+    law = _pushed() if point.against_motion else _added(point.name)
     return _probe(point.equation, {point.slot: law}, EffectInput(point.name, point.unit, point.scale))
 
 
@@ -47,10 +51,11 @@ def probes(rig: Rig) -> tuple[Effect, ...]:
     """The probes that this rig's plant has room for, one an equation; SI inputs, their scales clearly visible.
 
     drive, pilot and main: those of the valve, see `Valve.probe_points`. flow: m^3/s into chambers A and B, and Pa on
-    the supply. force: N on the moving mass along positive motion, not in the load cell. sensor: Pa on the signals of
-    pa and pb.
+    the supply. force: N on the moving mass along positive motion, not in the load cell; on the piston too where a cell
+    on its rod tells the two apart. sensor: Pa on the signals of pa and pb.
     """
     area, pressure = max(rig.areas), 0.05 * rig["Ps"]
+    on_rod = rig.load == ROD_CELL
     flow = 0.02 * VALVES[rig.valve].usual_flow(rig)
     beyond_valve = [
         _probe(
@@ -60,7 +65,11 @@ def probes(rig: Rig) -> tuple[Effect, ...]:
             EffectInput("into_b", "m^3/s", flow),
             EffectInput("supply", "Pa", pressure),
         ),
-        _probe("force", {"body_force": _pushed}, EffectInput("force", "N", pressure * area)),
+        _probe(
+            "force",
+            {"body_force": _pushed()} | ({"friction": _pushed("piston")} if on_rod else {}),
+            *(EffectInput(name, "N", pressure * area) for name in (("force", "piston") if on_rod else ("force",))),
+        ),
         _probe(
             "sensor",
             {"sensor_pa": _added("pa"), "sensor_pb": _added("pb")},

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import binom, binomtest
 
 from workbench.base.units import to_si
+from workbench.commands.trace.words import BETWEEN
 from workbench.plant.effects import known_effects
 
 from .campaigns.draw import JACK
@@ -80,6 +81,7 @@ def judged(truth: Truth, answer: Answer) -> Row:
         "tied": answer.get("tied", {}),
         "alike": sorted({title.split()[0] for titles in answer.get("alike", {}).values() for title in titles}),
         "said_equation": answer["equation"],
+        "may_sit_in": answer.get("equations", []),
         "ranked": ranked[:FIRST],
         "explained": _explained(answer["ranking"]),
         "chi2_before": chi2["before"],
@@ -115,7 +117,7 @@ def scores(rows: Sequence[Row]) -> list[TraceScore]:
         _rate("right_family", single, lambda r: _family(r["truth"][0]) in map(_family, r["named"]), 0.90),
         _rate("false_alarms", clean, lambda r: r["verdict"] != "none", 1 / 60, most=True),
         _rate("off_library_named", off, lambda r: bool(r["named"]), 0.05, most=True),
-        _rate("off_library_equation", off, lambda r: r["said_equation"] in r["equations"], 0.85),
+        _rate("off_library_equation", off, _places, 0.85),
         _median("misfit_left", shares, 0.05),
         _rate("at_floor_or_incomplete", right, lambda r: r["at_floor"] or r["verdict"] == "incomplete", 0.80),
         _rate("intervals_cover", covers["effect"], bool, 0.90),
@@ -249,7 +251,19 @@ def _off_result(row: Row) -> str:
         return "wrong"
     if row["verdict"] == "none":
         return "right" if row["group"] == "faint" else "missed"
-    return "right" if row["said_equation"] in row["equations"] else "other equation"
+    if row["said_equation"] in row["equations"]:
+        return "right"
+    return "tied" if _is_between(row) and set(row["may_sit_in"]) & set(row["equations"]) else "other equation"
+
+
+def _places(row: Row) -> bool:
+    """Whether it says the right equation, or that it sits between command and flow where it does."""
+    return row["result"] == "tied" or row["said_equation"] in row["equations"]
+
+
+def _is_between(row: Row) -> bool:
+    """Whether the answer is that it sits between command and flow."""
+    return set(row.get("may_sit_in", ())) == BETWEEN
 
 
 def _covered(truth: Truth, answer: Answer) -> dict[str, list[bool]]:

@@ -62,6 +62,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         "base": base_intervals(trace.problem.rig, trace.final.fit),
         "evidence": dict(trace.evidence),
         "cuts": dict(trace.parity_residuals),
+        "equations": trace.equations,
         "sessions": sessions_json(sessions(trace.problem, trace.final.fit)),
         **({"session_numbers": in_sessions} if in_sessions else {}),
         **({"tied": tied} if tied else {}),

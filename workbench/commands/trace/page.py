@@ -14,7 +14,6 @@ from ...identify.found.detectability import undetectable
 from ...identify.found.fitted import fitted
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.found.session_fit import session_fits
-from ...identify.trace import rule as decide
 from ...identify.trace.findings import Trace
 from ...identify.trace.localise import likely_equations
 from ...plant.effects import Effect
@@ -133,7 +132,7 @@ def _next(trace: Trace) -> list[Section]:
 def _where(trace: Trace) -> list[Section]:
     if not trace.evidence:
         return []
-    clear = decide.SIGNIFICANT * trace.problem.kappa
+    clear = trace.clear
     said = f"{_evidence_words(trace, clear)}{_parity_words(trace, clear)}"
     if trace.effects and trace.equation != trace.evidence[0][0]:
         said += f" The effect that was named acts in {EQUATION[trace.equation or '']}: refits decide, not this."
@@ -145,16 +144,13 @@ def _evidence_words(trace: Trace, clear: float) -> str:
     (best, gain), (second, next_gain), *_ = trace.evidence
     if gain < clear:
         return f"A disturbance in no equation explains the errors: the best gains {gain:.0f} ({clear:.0f} is clear)."
-    if gain - next_gain >= clear:
+    near = [EQUATION[name] for name in likely_equations(trace.evidence, {}, clear)]
+    if len(near) == 1:
         return (
             f"A disturbance in {EQUATION[best]} explains most; the next, in {EQUATION[second]}, is "
             f"{gain - next_gain:.0f} behind in log-likelihood ({clear:.0f} is clear)."
         )
-    near = [EQUATION[name] for name, other in trace.evidence if gain - other < clear]
-    return (
-        f"By log-likelihood it may be {listed(near, 'or')}: these are less than {clear:.0f} apart, too little to "
-        "say which of them."
-    )
+    return f"By log-likelihood it may be {listed(near, 'or')}: these are too near to say which of them."
 
 
 def _parity_words(trace: Trace, clear: float) -> str:

@@ -67,9 +67,9 @@ def rule_table(trace: Trace) -> Table:
     if trace.evidence:
         least, gain = decide.SIGNIFICANT * problem.kappa, trace.evidence[0][1]
         rows.append(["it sits in an equation", "gain in log-likelihood", gain, f"above {least:.3g}", gain >= least])
-        one = len(likely_equations(trace.evidence, trace.parity_residuals, least)) == 1
+        lead, one = trace.clear, len(likely_equations(trace.evidence, trace.parity_residuals, trace.clear)) == 1
         words = ["which is one alone", "lead on the next, log-likelihood"]
-        rows.append([*words, gain - trace.evidence[1][1], f"{least:.3g} or more, or told by measured signals", one])
+        rows.append([*words, gain - trace.evidence[1][1], f"{lead:.3g} or more, or told by measured signals", one])
     asked = trace.effects or trace.refuted or tuple(fit for fit, _ in ranking(trace)[:1])
     rows += [
         row for search in trace.passes for fit in search.tried if fit in asked for row in _asked(trace, search, fit)

@@ -41,6 +41,12 @@ EQUATION = {
     "force": "the motion of the load",
     "sensor": "the pressure sensors",
 }
+BETWEEN = {"drive", "flow"}
+_BETWEEN = "between command and flow (the drive, the spool or the lands: the records do not tell which)"
+_SPLIT = (
+    "slow triangles of the command with reversals, steps and a fast multisine, with the spool recorded, which tells "
+    "what is missing before it from what is missing behind it"
+)
 SIGNAL = {
     "current": "tells the amplifier and its loop from the torque motor",
     "spool": "tells the valve's electronics and stages from its lands",
@@ -196,6 +202,8 @@ def next_records(trace: Trace) -> list[tuple[str, str]]:
     """What to record next: an effect in question, or the equation, and the excitation that shows it best."""
     if trace.verdict == "none" or trace.equation is None:
         return []
+    if not trace.effects and set(trace.equations) == BETWEEN:
+        return [("the spool", _SPLIT)]
     if not trace.effects:
         return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
     asked = [fit.candidate.effect for fit in trace.effects]
@@ -222,7 +230,7 @@ def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
 
 def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, after = times_noise(trace)
-    where = f", most likely in {_either([shape.equation, *shape.rivals])}" if shape else ""
+    where = f", most likely {_in_either([shape.equation, *shape.rivals])}" if shape else ""
     falls = "falls" if after < before else "does not fall; it goes"
     left = trace.heldout[1].chi2 - 1
     if trace.learned and trace.at_floor:
@@ -266,13 +274,13 @@ def _shares(trace: Trace, names: Sequence[str]) -> str:
 
 def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     before, _ = times_noise(trace)
-    where = _either(trace.equations) if trace.equations else "the model"
+    where = _in_either(trace.equations) if trace.equations else "in the model"
     error = f"the held-out error is {_times(before)} times the noise"
     if not trace.passes:
         tried = "no effect was tried, " + ("for want of time" if not trace.finished else "for nothing else shows it")
-        said = f"Something is missing in {where}: {error}; {tried}."
+        said = f"Something is missing {where}: {error}; {tried}."
     else:
-        said = f"Something is missing in {where} that no {_those_tried(trace)} explains: {error}{_nearest(trace)}."
+        said = f"Something is missing {where} that no {_those_tried(trace)} explains: {error}{_nearest(trace)}."
     if shape is not None and shape.explained and has_clue(shape) and len(trace.equations) == 1:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
@@ -308,10 +316,12 @@ def has_clue(shape: UnexplainedDisturbance) -> bool:
     return bool(shape.explained) and shape.explained[0][1] >= CLUE
 
 
-def _either(equations: Sequence[str]) -> str:
-    """One equation in words; several where the evidence does not tell them apart."""
+def _in_either(equations: Sequence[str]) -> str:
+    """The place of one equation, in words; of several where the evidence does not tell them apart."""
+    if set(equations) == BETWEEN:
+        return _BETWEEN
     words = listed([EQUATION[equation] for equation in equations], "or")
-    return words if len(equations) == 1 else f"{words} (the records do not tell which)"
+    return f"in {words}" if len(equations) == 1 else f"in {words} (the records do not tell which)"
 
 
 def _none(trace: Trace, undetectable: Sequence[str]) -> str:

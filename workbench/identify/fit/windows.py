@@ -114,6 +114,11 @@ class Windows:
                 whole[index][first:end] = value
         return whole
 
+    def comparing(self, name: str) -> "Windows":
+        """The windows with one signal alone compared."""
+        kept = np.array([each == name for each in self.names])
+        return replace(self, groups=tuple(replace(group, weight=group.weight * kept) for group in self.groups))
+
     def some(self, keep: Sequence[int]) -> "Windows":
         """The windows of these numbers."""
         return self._of(tuple(self.spans[w] for w in keep))

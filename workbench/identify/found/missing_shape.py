@@ -13,11 +13,10 @@ from ...plant.probes import probes
 from ..fit.model import Model
 from ..fit.windows import Windows
 from ..trace.findings import Trace
-from ..trace.localise import Evidence, LinearTimeVaryingModel, likely_equations, localise, smoothed
+from ..trace.localise import Evidence, LinearTimeVaryingModel, clear_evidence, likely_equations, localise, smoothed
 from ..trace.locate import locate_fault, opened, worst
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel, HeldoutErrors
-from ..trace.rule import SIGNIFICANT
 from ..trace.shape import shape
 
 DRAWN = 1000  # points of a disturbance
@@ -32,6 +31,7 @@ _MEANING = {
     ("flow", "into_b"): "flow into chamber B",
     ("flow", "supply"): "supply pressure",
     ("force", "force"): "force on the load",
+    ("force", "piston"): "force on the piston",
 }
 _SENSED = ("offset", "gain", "lag")
 
@@ -104,7 +104,8 @@ def _sought(problem: EstimationProblem, model_fit: FittedModel, heldout: Heldout
     place = locate_fault(problem, model_fit, heldout)
     if not any(gain > 0 for _, gain in place.evidence):
         return []
-    return likely_equations(place.evidence, place.parity_residuals, SIGNIFICANT * problem.kappa)
+    clear = clear_evidence(place.evidence, problem.kappa)
+    return likely_equations(place.evidence, place.parity_residuals, clear)
 
 
 def _missing(

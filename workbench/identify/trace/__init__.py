@@ -7,6 +7,7 @@ steps               which step of how many, and the time left
 workers             processes that share scores and refits
 verdict             what held-out records make of it
 localise, locate    in which equation the residual sits
+cuts                what measured signals say of it by themselves, block by block
 kalman              the filter and smoother that tell it
 score, shortlist    which effects could explain it, without a refit
 information         what records would tell, before they are made

@@ -7,10 +7,10 @@ import numpy as np
 
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
-from .localise import likely_equations
+from .localise import clear_evidence, likely_equations
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
-from .rule import PARTIAL, SIGNIFICANT, Judgement
+from .rule import PARTIAL, Judgement
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +117,13 @@ class Trace:
         """Equations that the residual may sit in: `equation`, and those that evidence does not put clearly behind."""
         if self.equation is None:
             return []
-        clear = SIGNIFICANT * self.problem.kappa
-        return list(dict.fromkeys((self.equation, *likely_equations(self.evidence, self.parity_residuals, clear))))
+        likely = likely_equations(self.evidence, self.parity_residuals, self.clear)
+        return list(dict.fromkeys((self.equation, *likely)))
+
+    @property
+    def clear(self) -> float:
+        """The evidence from which on an equation is told apart from another."""
+        return clear_evidence(self.evidence, self.problem.kappa)
 
     @property
     def left(self) -> float:

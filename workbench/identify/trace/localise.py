@@ -19,6 +19,7 @@ from ..fit.free_parameters import extend_parameters, model_with
 from ..fit.model import Model
 from ..fit.windows import Windows
 from .kalman import carried_back, predict, update
+from .rule import SIGNIFICANT
 
 AMPLITUDES = (0.1, 1.0, 10.0, 100.0, 1000.0)  # over the one that moves the most sensitive signal by sigma in 10 ms
 TIMES = (1e-3, 2e-2)  # s: correlation time
@@ -26,12 +27,12 @@ _LENGTH = 10e-3  # s
 _FOREVER = 1e9  # s: correlation time of a constant
 _OFFSET, _GAIN = 1e5, 1e-2  # Pa and part: of a pressure sensor that is off, clearly visible
 
-
-_PARITY = {"drive": ("current", {"spool": "z3"}), "force": ("acceleration", {"pa": "P1", "pb": "P2"})}
-_BROKEN = 1.2  # chi2 of a cut from which on its equation may be broken
+BROKEN = 1.2  # chi2 of a cut from which on its equation may be broken
 _SURELY = (
     2.0  # and from which on it is, whatever the evidence says: numbers that follow a misfit elsewhere break it less
 )
+ALIKE = 0.01  # of the most evidence: so much may come of the model being linear about a fit that is off
+_UNSEEN_SPOOL = 0.1  # and so much between command and flow, where no spool is recorded: one follows the other
 _NEAR = 0.9  # of the most evidence: what an equation must have that may be broken
 
 
@@ -217,49 +218,6 @@ def _sensed(
     )
 
 
-def parity_residuals(model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray) -> dict[str, float]:
-    """chi2 of equations that hold between measured signals, sample by sample, with no simulation in between.
-
-    drive: the current that the spool loop makes of command and measured spool; force: the acceleration that measured
-    pressures make. What is measured stands in for the model's state, its noise is counted; an equation whose signals
-    are not all there is left out.
-    """
-    chi2 = {}
-    for equation, (tested, given) in _PARITY.items():
-        if all(signal in model.names for signal in (tested, *given)):
-            square, count = _parity_sums(model, windows, x0, p, tested, given)
-            if count > 0:
-                chi2[equation] = square / count
-    return chi2
-
-
-def _parity_sums(
-    model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, tested: str, given: Mapping[str, str]
-) -> tuple[float, int]:
-    """Squared errors over their variance, and how many they are."""
-    column, square, count = windows.names.index(tested), 0.0, 0
-    for group, (x, u) in zip(windows.groups, model.states(windows, x0, p), strict=True):
-        valid, variance = group.weight[..., column] > 0, np.ones(group.weight.shape[:2])
-        for signal, state in given.items():
-            k, i = windows.names.index(signal), model.plant.state(state)
-            valid = valid & (group.weight[..., k] > 0)
-            x[..., i] = np.where(valid, group.measured[..., k], x[..., i])
-        if not valid.any():
-            continue
-        values, output = model.parameters_of(windows, group, p)[:, None], model.plant.output(tested)
-        weight, here = group.weight[..., column], model.engine.outputs(x, u, values)[..., output]
-        for signal, state in given.items():
-            k, i = windows.names.index(signal), model.plant.state(state)
-            moved, sigma = x.copy(), 1 / group.weight[..., k].max()
-            moved[..., i] += sigma
-            slope = model.engine.outputs(moved, u, values)[..., output] - here
-            variance += (slope * weight) ** 2
-        error = (here - group.measured[..., column]) * weight
-        square += float(np.sum((error**2 / variance)[valid]))
-        count += int(valid.sum())
-    return square, count
-
-
 def equation_of(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]) -> str:
     """The equation that lacks something: one that measured signals break by themselves, else that of most evidence.
 
@@ -269,25 +227,39 @@ def equation_of(evidence: Sequence[tuple[str, float]], parity: Mapping[str, floa
     return _possible(evidence, parity)[0]
 
 
+def clear_evidence(evidence: Sequence[tuple[str, float]], kappa: float) -> float:
+    """The evidence from which on an equation is told apart from another, in noise of autocorrelation factor kappa."""
+    return max(SIGNIFICANT * kappa, ALIKE * max((gain for _, gain in evidence), default=0.0))
+
+
 def likely_equations(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float], clear: float) -> list[str]:
     """The equation that lacks something, and those whose evidence is less than `clear` behind; none without evidence.
 
-    `evidence` is most first; what measured signals say by themselves counts as in `equation_of`.
+    `evidence` is most first; what measured signals say by themselves counts as in `equation_of`. Where a spool is not
+    recorded, what sits before it and what sits in the flows look alike.
     """
-    names, gains = _possible(evidence, parity) if evidence else [], dict(evidence)
-    return [name for place, name in enumerate(names) if place == 0 or gains[names[0]] - gains[name] < clear]
+    if not evidence:
+        return []
+    first, *others = _possible(evidence, parity)
+    gains, unseen = dict(evidence), "drive" not in parity
+
+    def is_near(name: str) -> bool:
+        between = unseen and {first, name} == {"drive", "flow"}
+        return gains[first] - gains[name] < max(clear, _UNSEEN_SPOOL * gains[first] if between else 0.0)
+
+    return [first, *filter(is_near, others)]
 
 
 def _possible(evidence: Sequence[tuple[str, float]], parity: Mapping[str, float]) -> list[str]:
     """The equations that measured signals leave, most evidence first."""
     names = [name for name, _ in evidence]
-    if parity.get("drive", 1.0) > _BROKEN:
+    if parity.get("drive", 1.0) > BROKEN:
         return ["drive"]
     if "drive" in parity:
         names.remove("drive")
     if "force" in parity:
         pair = [name for name in names if name in ("force", "sensor")]
-        if parity["force"] <= _BROKEN:
+        if parity["force"] <= BROKEN:
             return [name for name in names if name not in pair]
         gains = dict(evidence)
         near = max(gains[name] for name in pair) >= _NEAR * max(gains[name] for name in names)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.windows import Windows
-from .localise import LinearTimeVaryingModel, equation_of, linearise_windows, localise, parity_residuals
+from .cuts import cut_residuals
+from .localise import LinearTimeVaryingModel, equation_of, linearise_windows, localise
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
 
@@ -29,7 +30,7 @@ def locate_fault(
     windows, x0 = worst(problem, model_fit, heldout)
     parts = opened(problem, model_fit, windows, x0)
     evidence = tuple((item.equation, item.gain) for item in localise(parts, problem.train.records[0].period))
-    parity = parity_residuals(model_fit.model, windows, x0, model_fit.fit.p)
+    parity = cut_residuals(problem, model_fit, windows, x0)
     return FaultLocation(equation_of(evidence, parity), evidence, parity)
 
 

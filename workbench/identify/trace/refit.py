@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
-from ..fit.free_parameters import Candidate
+from ..fit.free_parameters import Candidate, at_strength
 from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
@@ -24,6 +24,7 @@ _REFIT_ROUNDS = 12
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from
 _NEAR = (1.0, 0.5, 0.25)  # of that strength: where one with memory that harms at each is sought in short windows
 _GONE = 1e-4  # of the typical strength
+_FAINT = 0.1  # of the typical strength
 _ELSEWHERE = 0.3  # where a second start puts a number that shapes an effect, over where the first had it
 
 
@@ -109,7 +110,10 @@ def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable
 
 
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
-    """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses."""
+    """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses.
+
+    A descent that overshot may leave the effect off, from where nothing leads back: then it begins where that is faint.
+    """
     model = problem.model((*model_fit.effects, candidate.effect))
     if _is_lost(problem, model_fit, model, candidate):
         candidate, fit = _from_elsewhere(problem, model_fit, model, candidate)
@@ -119,7 +123,12 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
         moved, other = _from_elsewhere(problem, model_fit, model, candidate)
         if not fit.ok or other.squares.sum() < fit.squares.sum():
             fit, candidate = other, moved
-    return with_selection(problem, model, fit, (*model_fit.known, candidate))
+    refitted = with_selection(problem, model, fit, (*model_fit.known, candidate))
+    if candidate.effect.has_memory or not is_switched_off(refitted):
+        return refitted
+    faint = Candidate(candidate.effect, at_strength(candidate.effect, _FAINT))
+    other = with_selection(problem, model, _fitted(problem, model_fit, model, (faint,)), (*model_fit.known, faint))
+    return min(refitted, other, key=lambda each: float(each.fit.squares.sum()))
 
 
 def refit_together(problem: EstimationProblem, model_fit: FittedModel, candidates: Sequence[Candidate]) -> FittedModel:

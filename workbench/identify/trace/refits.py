@@ -23,7 +23,8 @@ NAMES = 4  # effects on the shortlist
 NUMBERS = 2  # and described numbers that may be others
 _BESIDE = 2  # beside effects added before: about a fit that lacks little a score says what a refit will
 _FAINT = 0.02  # of the misfit: a score below this is not refitted, unless it is a rival of the best
-_RIVAL = 0.25  # of the best score: below this no rival is refitted once the misfit is explained
+_RIVAL = 0.25  # of the best score: below this no rival is refitted once nearly all is explained
+_NEARLY_ALL = 0.95  # explained share; below it a score does not exclude a rival: numbers have taken what they can
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _SECOND = 0.5  # of what the second of a pair must explain: what its best formula must have for the others to be tried
 _GONE = 1e-6  # of the misfit: as good as nothing is left
@@ -171,7 +172,8 @@ class _Refits:
             return pair[1] if candidate_fit is None else self._of_left(candidate_fit)
 
         explained = max(map(explains, planned), default=0.0)
-        if explained >= decide.NAMED and own[0][1] < _RIVAL * ranked[0][1] and not self._is_suspect(own[0]):
+        is_faint = own[0][1] < _RIVAL * ranked[0][1] and not self._is_suspect(own[0])
+        if explained >= _NEARLY_ALL and is_faint:
             return []
         if self._context.several:
             return [own[0]]
