@@ -195,6 +195,25 @@ def test_an_effect_s_number_at_its_end_is_a_warning():
     assert "the end of its range" not in words.verdict(found(), None, None)
 
 
+def test_what_explains_only_with_numbers_at_their_ends_says_so():
+    """A name that is not given may lack room in the rig file, and nothing else: the answer says where."""
+    one, number = found().effects[0], found().named.fit.free[0]
+    own = one.candidate.effect.key(one.candidate.effect.fitted[0].name)
+    fit = replace(
+        one.refitted.fit, at_bounds=(number.name, own), x=one.refitted.fit.x + np.eye(len(found().named.fit.x))[0]
+    )
+    pushed = replace(one, model_fit=replace(one.refitted, fit=fit))
+    nothing = {"verdict": "unknown", "effects": (), "named": found().base}
+    said = words.verdict(altered(**nothing, refuted=(pushed,)), None, None)
+    assert f"(coulomb) with {number.name} and {own} at the ends of their ranges would explain the train records" in said
+    assert "of their ranges" not in words.verdict(altered(**nothing, refuted=(one,)), None, None)
+    half = replace(found().base.selection, squares=0.7 * found().base.selection.squares)
+    weak = replace(pushed, model_fit=replace(one.refitted, fit=fit, selection=half))
+    search = replace(found().passes[0], tried=(weak,), accepted=())
+    said = words.verdict(altered(**nothing, passes=(search,)), None, None)
+    assert f" % of it with {number.name} and {own} at the ends of their ranges (80 % would name it)" in said
+
+
 def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
     said = words.verdict(altered(verdict="none", effects=()), None, None)
     assert "Check the noise floor" in said

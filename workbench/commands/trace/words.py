@@ -6,12 +6,13 @@ import numpy as np
 
 from ...base.units import from_si
 from ...base.words import agreed, counted, listed
+from ...identify.fit.solver import Fit
 from ...identify.found.alike import explain_alike
 from ...identify.found.fitted import effect_numbers, fitted, not_physical, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
-from ...plant.effects import Effect, known_effects
+from ...plant.effects import Effect, EffectNumber, known_effects
 from ...plant.effects.declared import effects_for
 from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
@@ -138,13 +139,29 @@ def _of_the_logger(trace: Trace) -> str:
 def _at_end(effect: Effect, trace: Trace) -> str:
     """A warning where fitted numbers stand at an end of what a fit may search, but for off."""
     fit = trace.named.fit
-    ends = [n for n in effect.fitted if effect.key(n.name) in fit.at_bounds]
-    values = effect_numbers(effect, fit) if ends else {}
-    ends = [n for n in ends if values[n.name] != n.off]
+    ends = _effect_ends(effect, fit)
     if not ends:
         return ""
+    values = effect_numbers(effect, fit)
     said = listed([f"{n.name} at {from_si(values[n.name], n.shown, n.si):.3g} {n.shown}" for n in ends])
     return f" Careful: {title(effect)} is fitted with {said}, the end of its range: the rig may be beyond it."
+
+
+def _effect_ends(effect: Effect, fit: Fit) -> list[EffectNumber]:
+    """The numbers of an effect that a fit left at an end of their ranges, but for off."""
+    ends = [number for number in effect.fitted if effect.key(number.name) in fit.at_bounds]
+    values = effect_numbers(effect, fit) if ends else {}
+    return [number for number in ends if values[number.name] != number.off]
+
+
+def _with_ends(candidate_fit: CandidateFit, trace: Trace) -> str:
+    """Which numbers a fit needed at an end of their ranges: it may fail for want of room, and not of another effect."""
+    fit = candidate_fit.refitted.fit
+    ends = [entry.number.name for entry in fitted(trace.problem.rig, fit) if entry.pushed]
+    for effect in candidate_fit.refitted.effects:
+        ends += [effect.key(number.name) for number in _effect_ends(effect, fit)]
+    where = "the end of its range" if len(ends) == 1 else "the ends of their ranges"
+    return f" with {listed(ends)} at {where}" if ends else ""
 
 
 def _acts(effect: Effect) -> str:
@@ -299,14 +316,16 @@ def _nearest(trace: Trace) -> str:
     """What comes nearest to an explanation, and why it is none."""
     if trace.refuted:
         names = listed([title(fit.candidate.effect) for fit in trace.refuted])
-        return f"; {names} would explain the train records, but the held-out records do not bear it out"
+        ends = _with_ends(trace.refuted[-1], trace)
+        return f"; {names}{ends} would explain the train records, but the held-out records do not bear it out"
     best = ranking(trace)
     if not best:
         return ""
     fit, share = best[0]
     said = f", and the best effect, {title(fit.candidate.effect)}, takes away"
     if share < decide.NAMED:
-        return f"{said} only {_percent(share)} of it ({100 * decide.NAMED:.0f} % would name it)"
+        ends = _with_ends(fit, trace)
+        return f"{said} only {_percent(share)} of it{ends} ({100 * decide.NAMED:.0f} % would name it)"
     search = next(each for each in trace.passes if any(fit is other for other in each.tried))
     return f"{said} {_percent(share)} of it: {reason(trace, search, fit)}"
 
