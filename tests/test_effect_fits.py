@@ -12,6 +12,7 @@ from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 TRUE = (
+    ("line.hose", "lumped", {"r": 0.5, "f": 60.0, "zeta": 0.3}),
     ("jack.friction", "pressed by the mean", {"Fc": 20.0, "Fp": 80.0}),
     ("sensor.bend", "position", {"e": 0.02}),
     ("sensor.bend", "pressures", {"a": 0.03, "b": -0.02}),
@@ -32,8 +33,8 @@ def declared(effect, formula, values, factors):
 
 @pytest.mark.parametrize(("effect", "formula", "values"), TRUE, ids=lambda value: str(value).replace(" ", "-"))
 def test_a_declared_effect_gets_the_numbers_that_made_the_records(effect, formula, values, tmp_path):
-    folder = written(campaign(declared(effect, formula, values, (1.0, 1.0))), tmp_path / "made")
-    answer = wb.fit(folder, declared(effect, formula, values, (2.0, 0.5)), starts=1)
+    folder = written(campaign(declared(effect, formula, values, (1.0, 1.0, 1.0))), tmp_path / "made")
+    answer = wb.fit(folder, declared(effect, formula, values, (2.0, 0.5, 1.5)), starts=1)
     assert answer.chi2["heldout"] < 1.1
     for name, value in values.items():
         unit = next(n.si for n in find(effect, formula).numbers if n.name == name)

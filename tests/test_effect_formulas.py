@@ -102,6 +102,21 @@ def _coulomb(v0):
     return lambda f, p, x, c: (f + p["Fc"] * np.tanh(c["velocity"] / v0), {})
 
 
+def _line(loss):
+    def docstring(pair, p, x, c):
+        on, w0 = 1 - np.exp(-p["r"] / 1e-3), 2 * np.pi * p["f"]
+        C = max(p["r"], 1e-2) * c["volume"] / c["beta"]
+        passed = tuple(flow + on * (x[f"q{side}"] - flow) for flow, side in zip(pair, "AB", strict=True))
+        return passed, {
+            "PA": (pair[0] - x["qA"]) / C,
+            "PB": (x["qB"] - pair[1]) / C,
+            "qA": C * w0**2 * (x["PA"] - c["pa"] - loss(x["qA"], p, c, w0 * C)),
+            "qB": C * w0**2 * (c["pb"] - x["PB"] - loss(x["qB"], p, c, w0 * C)),
+        }
+
+    return docstring
+
+
 def _pressed(pressure):
     def docstring(f, p, x, c):
         level = p["Fc"] + p["Fp"] * pressure(c) / c["feed"]
@@ -319,6 +334,8 @@ CHAMBERS = {"pa": PRESSURE, "pb": PRESSURE, "drain": st.just(PR)}
 PLACE = {"position": some(-0.25, 0.25)}
 SCALE = {"low": st.just(-0.25), "high": st.just(0.25)}
 GAUGE = {"low": st.just(0.0), "high": st.just(PS)}
+LINE = {"pa": PRESSURE, "pb": PRESSURE, "volume": st.just(1e-3), "beta": st.just(BETA)}
+LINE |= {"rated": st.just(0.02), "feed": st.just(PS)}
 NONE = st.none()
 
 DOCSTRINGS = (
@@ -365,6 +382,15 @@ DOCSTRINGS = (
     ("supply.sag", "accumulator", "supply_flow", NONE, DRAWN, _accumulator),
     ("supply.limit", "flow", "supply_flow", NONE, DRAWN, _largest_flow),
     ("supply.limit", "power", "supply_flow", NONE, DRAWN, _largest_power),
+    ("line.hose", "lumped", "line_flows", FLOWS, LINE, _line(lambda q, p, c, z: 2 * p["zeta"] * q / z)),
+    (
+        "line.hose",
+        "turbulent",
+        "line_flows",
+        FLOWS,
+        LINE,
+        _line(lambda q, p, c, _: p["loss"] * c["feed"] * q * abs(q) / c["rated"] ** 2),
+    ),
     ("oil.air", "isothermal", "modulus", st.just(BETA), OIL, _isothermal),
     ("oil.air", "polytropic", "modulus", st.just(BETA), OIL, _polytropic),
     ("oil.air", "fixed share", "modulus", st.just(BETA), OIL, _fixed),

@@ -161,3 +161,28 @@ def test_a_mount_gives_by_its_compliance(force, c):
     assert rates == {"y": 0.0, "vy": pytest.approx(0.0, abs=1e-6)}
     motion, _ = evaluated(find("load.compliance", "mount"), "piston", (0.1, 0.2), numbers, {"y": 0.01, "vy": 0.05})
     assert motion == pytest.approx([0.09, 0.15])
+
+
+@FEW
+@given(r=st.floats(0.02, 3), f=st.floats(5, 1000), zeta=st.floats(0.02, 0.9))
+def test_a_hose_keeps_its_oil_and_swings_at_f(r, f, zeta):
+    """What the valve gives less what the chamber gets is what pressure stores; with the valve shut it swings at f."""
+    hose, context = (
+        find("line.hose", "lumped"),
+        {"volume": 1e-3, "beta": BETA, "pa": 5e6, "pb": 5e6, "rated": 1e-3, "feed": 2e7},
+    )
+    stored = r * 1e-3 / BETA
+
+    def moved(**x):
+        passed, rates = evaluated(hose, "line_flows", (2e-4, 1e-4), {"r": r, "f": f, "zeta": zeta}, x, **context)
+        return passed, rates
+
+    passed, rates = moved(PA=6e6, PB=4e6, qA=3e-4, qB=2e-4)
+    assert stored * rates["PA"] == pytest.approx(2e-4 - passed[0], rel=1e-6)
+    assert stored * rates["PB"] == pytest.approx(passed[1] - 1e-4, rel=1e-6)
+    names = ("PA", "qA")
+    still = moved(PA=0.0, qA=0.0)[1]
+    columns = [[moved(**{name: 1.0})[1][row] - still[row] for name in names] for row in names]
+    poles = np.linalg.eigvals(np.array(columns))
+    assert np.abs(poles) == pytest.approx([2 * np.pi * f] * 2, rel=1e-3)
+    assert -poles.real == pytest.approx([2 * np.pi * f * zeta] * 2, rel=1e-2)

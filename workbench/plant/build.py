@@ -17,6 +17,8 @@ from .orifice import root
 from .valve import VALVES, Lands, ValveFlows
 from .valve.lands import main_openings
 
+_Pair = tuple[ca.SX, ca.SX]
+
 _PORT = 35e5  # Pa: load ports of a valve on its test bench
 _BLOCKED = 5e-5  # m^3: oil behind a blocked port
 _BENCH_SUPPLY = 70e5  # Pa: its land supply, against a drain at 0: 35 bar a land
@@ -50,10 +52,9 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     x = b.state("x", "m", rig["S"] / 2)
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
-    valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
-    _draw(b, rig, valve, supply)
+    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
     travel, speed = b.slot("piston", (x, v))
-    jacks.fill(b, cylinder, valve, travel, speed, b["Pr"])
+    jacks.fill(b, cylinder, flows, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
     if "AL" in b:
         force += loader_force(b, valve, x, v)
@@ -61,7 +62,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     acceleration = _acceleration(b, rod, force, x, v)
     b.rate("x", v)
     b.rate("v", acceleration)
-    _outputs(b, valve, cylinder, supply)
+    _outputs(b, valve, cylinder, ports, supply)
     b.output(
         position=travel + b["xmid"],
         velocity=speed,
@@ -95,10 +96,9 @@ def build_force_port(rig: Rig) -> Plant:
     v = b.input("velocity", "m/s", rig.limit("speed"))
     cylinder = jacks.chambers(b, rig.jack_kind, VALVES[rig.valve].rest_pressure(rig))
     supply = b.slot("supply", b["Ps"])
-    valve = VALVES[rig.valve].flows(b, command, Lands(cylinder.pa, cylinder.pb, supply, b["Pr"]), supply, b["Pr"])
-    _draw(b, rig, valve, supply)
-    jacks.fill(b, cylinder, valve, x, v, b["Pr"])
-    _outputs(b, valve, cylinder, supply)
+    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
+    jacks.fill(b, cylinder, flows, x, v, b["Pr"])
+    _outputs(b, valve, cylinder, ports, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
     b.measure()
     return b.finish()
@@ -185,8 +185,29 @@ def _draw(b: Assembly, rig: Rig, valve: ValveFlows, supply: ca.SX) -> None:
     b.slot("supply_flow", None, flow=drawn, rated=VALVES[rig.valve].rated_flow(b), supply=supply)
 
 
-def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, supply: ca.SX) -> None:
-    pa, pb = b.sensor("pa", cylinder.pa), b.sensor("pb", cylinder.pb)
+def _through_lines(
+    b: Assembly, rig: Rig, command: ca.SX, cylinder: jacks.Chambers, supply: ca.SX
+) -> tuple[_Pair, ValveFlows, _Pair]:
+    """What the valve's ports see [Pa], the flows of one valve, and what comes of all to the chambers [m^3/s]."""
+    rated, middle = VALVES[rig.valve].rated_flow(b), b["S"] / 2 * (cylinder.area_a + cylinder.area_b) / 2
+    ports = b.slot("ports", (cylinder.pa, cylinder.pb))
+    valve = VALVES[rig.valve].flows(b, command, Lands(ports[0], ports[1], supply, b["Pr"]), supply, b["Pr"])
+    _draw(b, rig, valve, supply)
+    flows = b.slot(
+        "line_flows",
+        (b["n"] * valve.into_a, b["n"] * valve.out_of_b),
+        pa=cylinder.pa,
+        pb=cylinder.pb,
+        volume=middle + (cylinder.dead_a + cylinder.dead_b) / 2,
+        beta=b["beta"],
+        rated=rated,
+        feed=b["Ps"],
+    )
+    return ports, valve, flows
+
+
+def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, ports: _Pair, supply: ca.SX) -> None:
+    pa, pb = (b.sensor(name, port) for name, port in zip(("pa", "pb"), ports, strict=True))
     b.output(
         **valve.signals,
         pa=pa,

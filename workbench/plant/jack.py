@@ -49,19 +49,22 @@ def chambers(b: Assembly, kind: JackKind, rest: float) -> Chambers:
     return Chambers(chamber(b, "P1", feed, rest), chamber(b, "P2", feed, rest), *areas_and_volumes)
 
 
-def fill(b: Assembly, jack: Chambers, valve: ValveFlows, x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
-    """Fill the chambers: valve flow, leakage past the piston, and the volume that it sweeps. x is 0 at mid stroke."""
+def fill(b: Assembly, jack: Chambers, flows: tuple[ca.SX, ca.SX], x: ca.SX, v: ca.SX, drain: ca.SX) -> None:
+    """Fill the chambers: flows [m^3/s] into A and out of B, leakage past the piston, and the volume that it sweeps.
+
+    x is 0 at mid stroke.
+    """
     pa, pb = jack.pa, jack.pb
     across = b["Cl"] * (pa - pb)
     outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain, position=x)
-    into_a = b["n"] * valve.into_a - across - outside[0]
-    into_b = across - b["n"] * valve.out_of_b - outside[1]
+    into_a = flows[0] - across - outside[0]
+    into_b = across - flows[1] - outside[1]
     half = b["S"] / 2
     volumes = volume(jack.dead_a, jack.area_a * (half + x)), volume(jack.dead_b, jack.area_b * (half - x))
     moduli = (b.slot("modulus", b["beta"], pressure=pressure) for pressure in (pa, pb))
     hoses = b.slot("hoses", (b["ChA"], b["ChB"]), pa=pa, pb=pb) if "ChA" in b else (None, None)
-    swept, flows = (jack.area_a * v, -jack.area_b * v), (into_a, into_b)
-    for parts in zip((jack.a, jack.b), flows, volumes, swept, moduli, hoses, strict=True):
+    swept, inward = (jack.area_a * v, -jack.area_b * v), (into_a, into_b)
+    for parts in zip((jack.a, jack.b), inward, volumes, swept, moduli, hoses, strict=True):
         continuity(b, *parts)
 
 

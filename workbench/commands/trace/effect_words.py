@@ -12,6 +12,7 @@ EFFECT = {
     "main.asymmetry": "the valve's gain differs between the directions",
     "supply.sag": "the supply pressure sags under flow",
     "supply.limit": "the pump gives no more flow",
+    "line.hose": "there are hoses between valve and jack",
     "oil.air": "there is air in the oil",
     "jack.external_leakage": "a chamber leaks to the outside",
     "jack.friction": "the jack rubs",

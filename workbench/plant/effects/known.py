@@ -30,6 +30,7 @@ _ALONG = (
     "rate",
     "lands",
     "supply",
+    "hose",
     "air",
     "leakage",
     "relief",

@@ -150,6 +150,8 @@ PASSAGES: Mapping[str, Passage] = {
     "supply_flow": Passage(
         (), (NaturalVariable("draw", "1", "%", 1.0, 100.0, None, lambda _, s: s["flow"] / s["rated"]),)
     ),
+    "ports": Passage((Part("Pa", 1e7, 1e7),) * 2, (), signal=True),
+    "line_flows": Passage((Part("m^3/s", 1e-3),) * 2, (), signal=True),
     "leakage": Passage(
         (Part("m^3/s", 1e-4),) * 2,
         (_drop(lambda _, s: s["pa"] - s["pb"]), _position(0.1, 50.0, 2e-3)),

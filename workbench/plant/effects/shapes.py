@@ -25,6 +25,8 @@ HELD: Mapping[str, float] = {
     "pressure": 1e7,
     "supply": 2e7,
     "feed": 2e7,
+    "volume": 1e-3,
+    "beta": 1e9,
     "high": 2e7,
 }
 """What a slot offers besides the variable [SI], where nobody says; anything else is 0."""

@@ -54,6 +54,11 @@ _VALVE = {
 _PLANT = {
     "supply": Slot("supply pressure [Pa] at the valve"),
     "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
+    "ports": Slot("pressures (of A, of B) [Pa] at the valve, where they are measured"),
+    "line_flows": Slot(
+        "flows (into A, out of B) [m^3/s] of all valves, as they come to the chambers",
+        ("pa", "pb", "volume", "beta", "rated", "feed"),
+    ),
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
     "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop", "mean", "feed")),

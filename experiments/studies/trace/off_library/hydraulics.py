@@ -71,6 +71,27 @@ def _opening_seal(leaks: _Pair, s: Scope) -> _Pair:
     return leaks[0], leaks[1] + s.p("C") * drop * drop * drop / s.p("p1") ** 2
 
 
+def _at_the_end(ports: _Pair, s: Scope) -> _Pair:
+    """PA, PB: what the valve sees of a line."""
+    return _at(ports[0], "PA", s), _at(ports[1], "PB", s)
+
+
+def _at(value: ca.SX, state: str, s: Scope) -> ca.SX:
+    """The state of the line in place of a value, where there is a line."""
+    return ca.if_else(s.p("r") > 0, s.x(state), value)
+
+
+def _mixed_losses(flows: _Pair, s: Scope) -> _Pair:
+    """A line with laminar and square losses at once, c w0 q + C w0^2 Ps (q/Qr)|q/Qr|/20."""
+    w0, capacity = 2 * ca.pi * s.p("f"), ca.fmax(s.p("r"), 1e-2) * s["volume"] / s["beta"]
+    for side, far, flow, sign in (("A", s["pa"], flows[0], 1), ("B", s["pb"], flows[1], -1)):
+        q, near = s.x(f"q{side}"), s.x(f"P{side}")
+        square = s["feed"] * q * ca.fabs(q) / s["rated"] ** 2 / 20
+        s.rate(f"P{side}", sign * (flow - q) / capacity)
+        s.rate(f"q{side}", capacity * w0 * w0 * (sign * (near - far) - square) - s.p("c") * w0 * q)
+    return _at(flows[0], "qA", s), _at(flows[1], "qB", s)
+
+
 _DROP = EffectState("drop", "Pa", 1e6)
 _R = size("R", "Pa s/m^3", 1e8, 1e10, "resistance of the line")
 _ALPHA = size("alpha", "1", 0.02, 0.3, "share of air in the volume at 1 atm")
@@ -116,6 +137,23 @@ EFFECTS = (
             size("G", "m^3/s/Pa", 1e-10, 1e-8, "flow per pressure"),
             shape("p0", "Pa", 5e6, "pressure that half opens it"),
             shape("pw", "Pa", 5e5, "pressure over which it opens"),
+        ),
+    ),
+    off_library(
+        "line.hose",
+        "both losses",
+        "Idelchik, Handbook of Hydraulic Resistance: laminar and local losses in series",
+        {"line_flows": _mixed_losses, "ports": _at_the_end},
+        (
+            size("r", "1", 0.2, 2.0, "volume of a line over a chamber's"),
+            shape("f", "Hz", 120.0, "resonance of a line"),
+            shape("c", "1", 0.2, "laminar damping"),
+        ),
+        (
+            EffectState("PA", "Pa", 1e7, follows="P1"),
+            EffectState("PB", "Pa", 1e7, follows="P2"),
+            EffectState("qA", "m^3/s", 1e-3),
+            EffectState("qB", "m^3/s", 1e-3),
         ),
     ),
     off_library(

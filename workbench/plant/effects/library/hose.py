@@ -1,0 +1,92 @@
+"""line.hose: volume, inertance and resistance of two like lines between the valve and the chambers.
+
+The valve, and whatever measures pA and pB, see the near ends PA and PB; qA flows into chamber A, qB out of B. With the
+capacitance C = r V/beta of a line, r its volume over the chamber's mean one V at mid stroke, and w0 = 2 pi f,
+
+    C PA' = QA - qA,  qA' = C w0^2 (PA - pA - dp(qA)),  C PB' = qB - QB,  qB' = C w0^2 (pB - PB - dp(qB))
+
+A line below 1 % of V comes on as 1 - exp(-r/0.001), so that one without volume is none; its oil has no gas.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import casadi as ca
+
+from ..decorator import effect, number, state
+from ..effect import EffectNumber, Scope
+
+_Pair = tuple[ca.SX, ca.SX]
+_ONSET = 1e-3  # of the chamber's volume, over which a line comes on
+_LEAST = 1e-2  # of it: the volume of a line that is coming on
+
+
+def _on(s: Scope) -> ca.SX:
+    return 1 - ca.exp(-s.p("r") / _ONSET)
+
+
+def _mixed(value: ca.SX, line: ca.SX, s: Scope) -> ca.SX:
+    return value + _on(s) * (line - value)
+
+
+def _near_ends(ports: _Pair, s: Scope) -> _Pair:
+    """PA, PB in place of pA, pB."""
+    return _mixed(ports[0], s.x("PA"), s), _mixed(ports[1], s.x("PB"), s)
+
+
+def _through(flows: _Pair, s: Scope, slowed: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> _Pair:
+    """qA, qB in place of QA, QB; `slowed` is C w0^2 dp of a flow, with C and w0."""
+    w0, capacity = 2 * ca.pi * s.p("f"), ca.fmax(s.p("r"), _LEAST) * s["volume"] / s["beta"]
+    for side, chamber, flow, sign in (("A", s["pa"], flows[0], 1), ("B", s["pb"], flows[1], -1)):
+        q, near = s.x(f"q{side}"), s.x(f"P{side}")
+        s.rate(f"P{side}", sign * (flow - q) / capacity)
+        s.rate(f"q{side}", sign * capacity * w0 * w0 * (near - chamber) - slowed(q, capacity, w0))
+    return _mixed(flows[0], s.x("qA"), s), _mixed(flows[1], s.x("qB"), s)
+
+
+def _numbers(loss: EffectNumber) -> tuple[EffectNumber, ...]:
+    volume, frequency = "volume of a line over the chambers' mean one at mid stroke", "resonance of the line alone"
+    return (
+        number("r", 0.1, "1", shown="%", low=0.0, high=3.0, off=0.0, meaning=volume, tried=(0.03, 0.4)),
+        number("f", 150.0, "Hz", low=5.0, high=1000.0, meaning=frequency, tried=(50.0, 400.0)),
+        loss,
+    )
+
+
+_hose = partial(
+    effect,
+    "line.hose",
+    equation="flow",
+    slot="line_flows",
+    also={"ports": _near_ends},
+    source="Watton, Fundamentals of Fluid Power Control, Cambridge 2009, ch. 5: a line of lumped parameters",
+    shows="fast multisines and steps of the command, with both pressures, and acceleration or position, recorded",
+    states=(
+        state("PA", "Pa", 1e7, follows="P1"),
+        state("PB", "Pa", 1e7, follows="P2"),
+        state("qA", "m^3/s", 1e-3),
+        state("qB", "m^3/s", 1e-3),
+    ),
+    kinds=("three-stage", "second-order"),
+)
+
+
+@_hose("lumped", numbers=_numbers(number("zeta", 0.2, "1", low=0.02, high=2.0, meaning="its damping ratio")))
+def lumped(flows: _Pair, s: Scope) -> _Pair:
+    """qA, qB in place of QA, QB, with dp(q) = 2 zeta q/(w0 C): laminar."""
+    return _through(flows, s, lambda q, _, w0: 2 * s.p("zeta") * w0 * q)
+
+
+@_hose(
+    "turbulent",
+    numbers=_numbers(
+        number("loss", 0.05, "1", shown="%", low=0.0, high=1.0, meaning="drop at rated flow over supply pressure")
+    ),
+)
+def turbulent(flows: _Pair, s: Scope) -> _Pair:
+    """qA, qB in place of QA, QB, with dp(q) = loss Ps q |q|/Qr^2."""
+
+    def slowed(q: ca.SX, capacity: ca.SX, w0: ca.SX) -> ca.SX:
+        return capacity * w0 * w0 * s.p("loss") * s["feed"] * q * ca.fabs(q) / s["rated"] ** 2
+
+    return _through(flows, s, slowed)
