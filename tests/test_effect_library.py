@@ -13,6 +13,7 @@ from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
 from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find, missing, valves_with
+from workbench.rigs.oil import CAVITATES
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 from workbench.rigs.valve import VALVES
@@ -89,6 +90,8 @@ class Hard:
         self.u[:, 0] = np.append(np.repeat(HARD, 25), 0.0)
         self.x = Engine(self.base, TIGHT, back_end="interpreted").run(equilibrium(self.base).x, self.t, self.u).x
         self.y = self.base.observe(self.x, self.u)
+        gas = self.y[:, self.base.output("lowest_pressure")] < CAVITATES
+        self.full = slice(0, int(np.argmax(gas)) if gas.any() else None)  # until a chamber knocks, steep in its moment
         self._runs = {}
 
     def run(self, effect):
@@ -164,7 +167,7 @@ def test_off_is_the_base_plant(hard, effect):
     assert np.all(np.abs(rates - expected) <= 1e-9 * np.abs(expected).max(0))
     seen, expected = plant.observe(x, u, p[0]), base.observe(own, u)
     assert np.all(np.abs(seen - expected) <= 1e-9 * np.abs(expected).max(0))
-    assert np.all(np.abs(own - hard.x) <= 1e-3 * base.scale)
+    assert np.all(np.abs(own - hard.x)[hard.full] <= 1e-3 * base.scale)
 
 
 @by_title
@@ -174,12 +177,17 @@ def test_a_typical_strength_is_seen_in_the_signals_of_its_equation(hard, effect)
     plant, p, batch = hard.run(effect)
     if effect.delay:
         return
-    change = np.sqrt(np.mean((plant.observe(batch.x[1], hard.u, p[1]) - hard.y) ** 2, axis=0))
-    noises = {name: change[names.index(name)] / sensor.noise for name, sensor in rig.sensors.items() if name in names}
+    change = plant.observe(batch.x[1], hard.u, p[1]) - hard.y
+
+    def over_noise(rows):
+        rms = np.sqrt(np.mean(change[rows] ** 2, axis=0))
+        return {name: rms[names.index(name)] / sensor.noise for name, sensor in rig.sensors.items() if name in names}
+
+    noises = over_noise(slice(None))
     seen = SEEN_IN | (SECOND_ORDER if rig.valve == "second-order" else {})
     assert max(noises.get(name, 0.0) for name in seen[effect.equation]) > 2
     if effect.name == "sensor.lag":
-        assert all(value < 0.05 for name, value in noises.items() if name not in ("pa", "pb"))
+        assert all(value < 0.05 for name, value in over_noise(hard.full).items() if name not in ("pa", "pb"))
 
 
 @by_title
