@@ -76,9 +76,6 @@ OPENS = {"p0": 3e5}  # Pa: no relief valve of a 10 t jack opens on a rig of 44 b
 by_title = pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.title)
 
 
-TIGHT = 1e-7  # of the engine: where gas comes out, its usual 1e-5 leaves more than what is compared
-
-
 class Hard:
     """A rig under hard steps of the command, and what each effect does to it, each run once."""
 
@@ -88,7 +85,7 @@ class Hard:
         self.t = np.arange(len(HARD) * 25 + 1) * 1e-3
         self.u = np.zeros((len(self.t), len(self.base.inputs)))
         self.u[:, 0] = np.append(np.repeat(HARD, 25), 0.0)
-        self.x = Engine(self.base, TIGHT, back_end="interpreted").run(equilibrium(self.base).x, self.t, self.u).x
+        self.x = Engine(self.base, back_end="interpreted").run(equilibrium(self.base).x, self.t, self.u).x
         self.y = self.base.observe(self.x, self.u)
         gas = self.y[:, self.base.output("lowest_pressure")] < CAVITATES
         self.full = slice(0, int(np.argmax(gas)) if gas.any() else None)  # until a chamber knocks, steep in its moment
@@ -107,7 +104,7 @@ class Hard:
             self._runs[effect.title] = (
                 plant,
                 p,
-                Engine(plant, TIGHT, back_end="interpreted").run_batch(start, self.t, self.u, p),
+                Engine(plant, back_end="interpreted").run_batch(start, self.t, self.u, p),
             )
         return self._runs[effect.title]
 
