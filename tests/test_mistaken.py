@@ -142,7 +142,7 @@ def test_only_the_second_logger_of_the_benches_is_diagnosed(name):
     assert found is not None
     assert "pa, pb and acceleration look 7 ms late" in found.told(rig.name)
     assert "exchange" not in found.remedy
-    assert (found.chi2 or (np.inf, np.inf))[1] < 1.1
+    assert (found.chi2 or (np.inf, np.inf))[1] < 1.4  # its oil bears 2.9 bar of tension in six rows, ours none
 
 
 @pytest.mark.skipif(not BENCH.exists(), reason="the benches lie outside the project")

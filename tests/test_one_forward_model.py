@@ -241,7 +241,9 @@ def test_effects_refinements_and_learned_pieces_beside_a_delay_are_predicted_to_
 
 @pytest.mark.parametrize(("rig", "effects"), PUMPS, ids=lambda case: getattr(case, "name", None) or titles(case))
 def test_pump_drives_with_their_selectors_are_predicted_to_their_noise(rig, effects):
-    """Both directions and the load are switched while the pump turns."""
+    """Both directions and the load are switched while the pump turns, on a low side where no chamber knocks: the moment
+    of a knock is known no better than the engine's steps."""
+    rig = rig.with_values(Pr=30e5)
     plant, rows = late_plant(DELAYS[len(effects) % len(DELAYS)], *effects, rig=rig), np.arange(ROWS)
     further = {"direction": np.sign(np.sin(0.02 * rows)), "load_setting": np.where(rows % 200 < 120, 0.0, 2e6)}
     further = {name: values for name, values in further.items() if name in [each.name for each in plant.inputs]}

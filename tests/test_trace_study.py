@@ -183,8 +183,8 @@ def test_a_plan_has_its_shares_and_every_name():
     assert Counter(case.kind for case in plan) == {"single": 110, "clean": 30, "off": 30, "pair": 30}
     assert len({case.id for case in plan}) == len({case.seed for case in plan}) == 200
     names = {effect.name for effect in LIBRARY if "three-stage" in effect.valves and not effect.alike}
-    drawn = {name: {case.effects[0][1] for case in plan if case.kind == "single" and case.effects[0][0] == name}
-             for name in names}  # fmt: skip
+    singles = [case.effects[0][:2] for case in (*plan, *default_plan(200, seed=5)) if case.kind == "single"]
+    drawn = {name: {formula for effect, formula in singles if effect == name} for name in names}
     assert all(len(formulas) >= 2 for formulas in drawn.values())
     for case in plan:
         assert (len(case.effects), case.kind) in ((0, "clean"), (1, "single"), (1, "off"), (2, "pair"))

@@ -24,7 +24,7 @@ _DISBELIEVED = ("lost", "observer", "still position")  # trips that say that the
 _WEAK = 0.05  # the largest command that holds a jack after a trip
 LEGS = 6
 COUPLED = places(inertia=LEGS**2, mobility=LEGS**2, load=LEGS, drag=LEGS, left=LEGS, least=LEGS)
-_KNOWN = 0.75  # of the deceleration along its way that a payload other than the declared one is taken to leave
+_KNOWN = 0.74  # of the deceleration along its way that a payload other than the declared one is taken to leave
 _STILL = 1e-9  # kg m/s: nothing to brake
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from ..base.errors import InputError, nearest
+from ..rigs.oil import ATMOSPHERE
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -89,6 +90,8 @@ def equilibrium(
         best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
     if solve.misses(best):
         best = solve.followed_from_rest()
+    if solve.misses(best):
+        best = min((solve.search(start, full=True) for start in solve.starts()), key=lambda solution: solution.cost)
     residual = solve.residual(best.x)
     worst = int(np.argmax(np.abs(residual)))
     if abs(residual[worst]) > _BALANCED:
@@ -208,10 +211,14 @@ class Balance:
         run = solve_ivp(rates, (0.0, _SETTLING), np.zeros(len(self.columns)), "Radau", jac=slopes)
         return self.search(run.y[:, -1])
 
-    def search(self, start: np.ndarray) -> "OptimizeResult":
-        """A damped Gauss-Newton search from these scaled unknowns."""
+    def search(self, start: np.ndarray, full: bool = False) -> "OptimizeResult":
+        """A damped Gauss-Newton search from these scaled unknowns; `full`: without gas in chambers, from where
+        nothing leads back."""
         from scipy.optimize import least_squares
 
+        units = [each.unit for each in (*self.plant.states, *self.plant.inputs)]
+        chambers = full & (np.array(units)[self.columns] == "Pa")
+        low = np.where(chambers, -(ATMOSPHERE + self.base[self.columns]) / self.scale, -np.inf)
         return least_squares(
-            self.residual, start, self.slope, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
+            self.residual, start, self.slope, (low, np.inf), "trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
         )

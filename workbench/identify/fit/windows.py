@@ -19,6 +19,7 @@ from ...engine.delay_line import HeldCommands, held_commands, stacked
 from ...plant import Plant
 from ...plant.effects.slots import ORIGINS, READS
 from ...records import Record
+from ...rigs.oil import saturation
 from ..data.noise_floor import NoiseFloor
 
 WINDOW = 0.5  # s
@@ -29,6 +30,7 @@ _FEWEST = 50  # rows between two gaps, to be a window
 _BEFORE = 0.02  # s: the longest delay that is searched
 FIRST_ROWS = 50  # which tell the state that a free run starts from
 _STILL = 0.01  # of a record's travel: a jack that moves less in its first rows rests
+_UNSURE = 5e4  # Pa: what a pressure's reading may be off
 _EARLY = 5.5  # periods: over which a measured state's first value is averaged
 
 
@@ -231,12 +233,20 @@ def first_guess(plant: Plant, record: Record, first: int, end: int, before: np.n
     for signal in ("pa", "pb", "spool", "position"):
         if signal in record.signals and READS[signal] in known:
             origin = plant.p[plant.parameters.index(ORIGINS[signal])] if signal in ORIGINS else 0.0
-            x[plant.state(READS[signal])] = np.mean(record.signals[signal][early]) - origin
+            state, read = plant.state(READS[signal]), np.mean(record.signals[signal][early]) - origin
+            if signal not in ("pa", "pb") or not _has_gas(plant, min(x[state], read), max(x[state], read)):
+                x[state] = read
     if "load_pressure" in record.signals and not {"pa", "pb"} & set(record.signals):
         a, b = plant.state("P1"), plant.state("P2")
         half = (np.mean(record.signals["load_pressure"][early]) - x[a] + x[b]) / 2
         x[a], x[b] = x[a] + half, x[b] - half
     return x
+
+
+def _has_gas(plant: Plant, low: float, high: float) -> bool:
+    """Whether a chamber's state and its pressure [Pa] are both those of oil with gas: how much it lacks is not read."""
+    gas = saturation(plant.p[plant.parameters.index("Pr")])
+    return low < gas and high < gas + _UNSURE
 
 
 def _rests(record: Record) -> bool:
