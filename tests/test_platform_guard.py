@@ -27,7 +27,7 @@ from workbench.rigs.rig_file import load_rig
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 CONFIG = cast(PlatformConfig, load_config(EXPERIMENTS / "hexapod.toml"))
 STROKE, END = 0.24, 0.25  # m
-HELD = 0.001  # m: of a stop that the oil, with gas in a sucked chamber, and the valve's lag leave open
+HELD = 0.002  # m: of a stop that the oil and the valve's lag leave open
 BLIND = PlatformController([P(gain=0.001).build(1e-3) for _ in range(6)], np.eye(6))
 READ = ("position", "pa", "pb", "supply", "spool")
 
