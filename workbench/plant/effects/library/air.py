@@ -4,11 +4,11 @@ from functools import partial
 
 import casadi as ca
 
+from ....rigs.oil import ATMOSPHERE
 from ..decorator import effect, number
 from ..effect import Scope
 
-_ATMOSPHERE = 1.013e5  # Pa: where the share of air is stated
-_LOWEST = 2e4  # Pa: below this the gas is taken as it is here; the oil cavitates and the model is invalid
+_LOWEST = 2e4  # Pa: below this the air is taken as it is here; gas that comes out of the oil rules there (plant/oil.py)
 _ADIABATIC = 1.4
 _REFERENCE = 1e7  # Pa: where compliances of oil and air are compared
 
@@ -32,7 +32,7 @@ def _gas_pressure(s: Scope) -> ca.SX:
 def isothermal(modulus: ca.SX, s: Scope) -> ca.SX:
     """K = beta/[1 + alpha (p0/p)(beta/p - 1)], p0 = 1 atm."""
     p = _gas_pressure(s)
-    return modulus / (1 + s.p("alpha") * _ATMOSPHERE / p * (modulus / p - 1))
+    return modulus / (1 + s.p("alpha") * ATMOSPHERE / p * (modulus / p - 1))
 
 
 @_air(
@@ -43,7 +43,7 @@ def isothermal(modulus: ca.SX, s: Scope) -> ca.SX:
 def polytropic(modulus: ca.SX, s: Scope) -> ca.SX:
     """K = [alpha r + 1 - alpha]/[alpha r/(n p) + (1 - alpha)/beta], r = (p0/p)^(1/n), n = 1.4, p0 = 1 atm."""
     p, alpha = _gas_pressure(s), s.p("alpha")
-    gas = alpha * (_ATMOSPHERE / p) ** (1 / _ADIABATIC)
+    gas = alpha * (ATMOSPHERE / p) ** (1 / _ADIABATIC)
     return modulus * (gas + 1 - alpha) / (gas * modulus / (_ADIABATIC * p) + 1 - alpha)
 
 
