@@ -5,9 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_campaigns import LIBRARY, rubbing, rubbing_campaign
 from scipy.signal import lfilter
 
 from workbench.base.errors import InputError
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.trace.study import run_trace
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
 from workbench.identify.fit import mistaken
@@ -124,6 +127,19 @@ def test_what_another_logger_records_earlier_is_named_as_early(sample, rig):
     wrong = made_late(sample, late({"position": -4e-3}))
     with pytest.raises(InputError, match=r"position looks 4 ms early.*; shift"):
         check_columns(wrong, rig, scored_floor(wrong, rig))
+
+
+def test_a_trace_puts_back_what_a_second_logger_recorded_and_names_the_shift():
+    wrong = made_late(rubbing_campaign(), late({"position": 8e-3, "spool": 8e-3}))
+    found = run_trace(wrong, rubbing(), LIBRARY[1:], no_checkpoint, lambda _: None)
+    answer, (row, *_) = found.metrics, found.metrics["ranking"]
+    assert (answer["verdict"], answer["equation"], answer["effects"]) == ("named", "sensor", ["sensor.shift"])
+    assert (row["effect"], row["formula"]) == ("sensor.shift", "spool and position")
+    value, low, high = row["parameters"]["late [ms]"]
+    assert low < 8.0 < high
+    assert high - low < 0.4
+    assert answer["chi2"]["after"] < 1.1 < 10 < answer["chi2"]["before"]
+    assert f"recorded spool and position {value:.4g} ms late" in found.page.verdict
 
 
 BENCH = Path(__file__).parents[2] / "shared" / "bench"

@@ -12,6 +12,7 @@ from ...identify.found.effect_by_effect import steps
 from ...identify.found.errors import rms_of
 from ...identify.found.fitted import base_intervals, effect_intervals, pinned
 from ...identify.found.session_fit import session_fits
+from ...identify.found.shifted import SHIFT, chi2_as_recorded, shifts
 from ...identify.found.wrong_numbers import WrongNumber, wrong_numbers
 from ...identify.trace.findings import CandidateFit, LearnedShape, Trace
 from ...identify.trace.refit import FittedModel
@@ -25,7 +26,7 @@ Both = tuple[Sequence[Prediction], Sequence[Prediction]]
 def trace_json(trace: Trace) -> dict[str, Any]:
     """The answer by the keys of trace.json."""
     names = [fit.candidate.effect.name for fit in trace.effects if not fit.candidate.effect.shifts]
-    return {
+    answer = {
         "verdict": trace.verdict if names or not trace.effects or trace.verdict != "named" else "none",
         "effects": [*names, *trace.tied] if trace.verdict == "tied" else names,
         "equation": trace.equation,
@@ -35,6 +36,19 @@ def trace_json(trace: Trace) -> dict[str, Any]:
         "rms": rms_of(trace.problem.floor, *compared(trace)),
         "learned": [_learned(shape) for shape in trace.learned],
         "numbers": [wrong.json() for wrong in numbers_of(trace)],
+    }
+    return answer | _with_shifts(trace, answer) if trace.problem.late else answer
+
+
+def _with_shifts(trace: Trace, answer: dict[str, Any]) -> dict[str, Any]:
+    """What the channels of a second logger, put back, change in an answer: names that tie stay by themselves."""
+    tied = answer["verdict"] == "tied"
+    return {
+        "verdict": {"none": "named", "unknown": "incomplete"}.get(answer["verdict"], answer["verdict"]),
+        "effects": answer["effects"] if tied else [SHIFT, *answer["effects"]],
+        "equation": answer["equation"] if tied else "sensor",
+        "ranking": [*(shift.json() for shift in shifts(trace)), *answer["ranking"]],
+        "chi2": answer["chi2"] | {"before": finite(chi2_as_recorded(trace))},
     }
 
 

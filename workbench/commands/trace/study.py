@@ -12,7 +12,7 @@ from ...identify.acceptance.when_new import rig_when_new
 from ...identify.found.detectability import detectability
 from ...identify.found.fitted import fitted_rig
 from ...identify.found.missing_shape import missing_shape
-from ...identify.trace.problem import estimation_problem
+from ...identify.trace.problem import traced_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect
 from ...plant.effects.declared import effects_for
@@ -150,7 +150,7 @@ def trace_answer(
 ) -> TraceAnswer:
     """The answer of a campaign about effects of `library`; see trace_campaign."""
     with one_blas_thread():
-        problem = estimation_problem(campaign, rig)
+        problem = traced_problem(campaign, rig)
         result = trace(problem, library, stage, progress, several, jobs, files, learns, suspects, over)
         answer, both = trace_json(result), compared(result)
     rig_found = fitted_rig(result.problem, result.final, files)
@@ -176,9 +176,7 @@ def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False, l
     rig = load_rig(campaign.rig, corrector=campaign.corrector)
     with one_blas_thread():
         library = effects_for(rig, without=removed)
-        result = trace(
-            estimation_problem(campaign, rig), library, no_checkpoint, lambda _: None, several, learns=learns
-        )
+        result = trace(traced_problem(campaign, rig), library, no_checkpoint, lambda _: None, several, learns=learns)
         whole = trace_json(result) | more_json(result)
     return json.loads(metrics_json(whole))
 

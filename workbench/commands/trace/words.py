@@ -10,6 +10,7 @@ from ...identify.fit.solver import Fit
 from ...identify.found.alike import explain_alike
 from ...identify.found.fitted import effect_numbers, fitted, not_physical, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
+from ...identify.found.shifted import SHIFT, LoggerShift, shifts
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
 from ...plant.effects import Effect, EffectNumber, known_effects
@@ -77,7 +78,7 @@ RECORD = {
 def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:
     """The answer in a few sentences; `undetectable` are effects that the records could not have shown."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
-    text = "" if trace.finished else UNFINISHED
+    text = "".join(map(_second_logger, shifts(trace))) + ("" if trace.finished else UNFINISHED)
     text += said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
     wrong = numbers_of(trace)
     text += "".join(f" {each.text}{_beside(trace, each.number.name)}." for each in wrong)
@@ -94,6 +95,16 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     if ends or trace.verdict in ("incomplete", "unknown"):
         text += pinned_sentence(trace.problem.rig)
     return text
+
+
+def _second_logger(shift: LoggerShift) -> str:
+    """What a second logger recorded late, or early, and that it is put back."""
+    late, low, high = (f"{1e3 * value:.4g}" for value in (shift.late, *shift.interval))
+    return (
+        f"A second logger recorded {shift.formula} {late} ms late (95 % from {low} to {high}; below 0 it was early): "
+        f"{SHIFT} explains {_percent(shift.explained)} of what the model misses. Record all by one logger, or shift "
+        "these channels by as much. What follows holds once they are put back. "
+    )
 
 
 def _beside(trace: Trace, number: str) -> str:

@@ -47,11 +47,19 @@ _MISFIT, _SURE = 0.05, 4.0  # chi2 above 1, or so many of its deviations, that i
 _APART = 0.3  # rows between the lags of two loggers about a fit, at least
 
 
+class MistakenColumns(InputError):
+    """Columns that are not what they are called, and the mistake that was found."""
+
+    def __init__(self, where: str, mistake: Mistake) -> None:
+        super().__init__(where)
+        self.mistake = mistake
+
+
 def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
-    """Raises InputError for columns that are not what they are called, naming what they seem to be."""
+    """Raises MistakenColumns for columns that are not what they are called, naming what they seem to be."""
     mistake = mistaken(campaign, rig, floor)
     if mistake is not None:
-        raise InputError(f"{campaign.path}: {mistake.told(rig.name)}; {mistake.remedy}")
+        raise MistakenColumns(f"{campaign.path}: {mistake.told(rig.name)}; {mistake.remedy}", mistake)
 
 
 def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:

@@ -9,8 +9,8 @@ the state that fits its first rows. A fit begins in blocks of the train records,
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,7 +25,7 @@ from ..data.scored_floor import scored_floor
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
-from ..fit.mistaken import check_columns
+from ..fit.mistaken import MistakenColumns, check_columns
 from ..fit.model import Model
 from ..fit.session_numbers import SessionNumber, session_numbers
 from ..fit.windows import BLOCKS, WINDOW, Windows, cut_windows
@@ -40,7 +40,8 @@ MOST = 64  # windows in a search: 32 s; a fit of what it found takes all
 class EstimationProblem:
     """Windows of one campaign by role; without `select` the train windows are rotated (see fit/rotation.py).
 
-    `sessions`: the numbers that are others in some of the records.
+    `sessions`: the numbers that are others in some of the records. `late` [s]: how much later than the command a second
+    logger recorded these channels, which the windows have put back.
     """
 
     campaign: Campaign
@@ -50,6 +51,7 @@ class EstimationProblem:
     select: Windows | None
     heldout: Windows
     sessions: tuple[SessionNumber, ...] = ()
+    late: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def free_run(self) -> bool:
@@ -152,3 +154,16 @@ def estimation_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
                 f"{campaign.path}: {role} records last {seconds:.2g} s in all; give {_SHORTEST * WINDOW:g} s at least"
             )
     return EstimationProblem(campaign, rig, floor, cut["train"], cut.get("select"), cut["heldout"], sessions)
+
+
+def traced_problem(campaign: Campaign, rig: Rig) -> EstimationProblem:
+    """What a trace works on: as `estimation_problem`, but where nothing is wrong with the columns but that a second
+    logger recorded some of them later or earlier, these are put back, and the problem says by how much."""
+    try:
+        return estimation_problem(campaign, rig)
+    except MistakenColumns as wrong:
+        mistake = wrong.mistake
+        if mistake.kind != "shifted" or mistake.beside:
+            raise
+        roles = {role: tuple(map(mistake.undone, getattr(campaign, role))) for role in ("train", "select", "heldout")}
+        return replace(estimation_problem(replace(campaign, **roles), rig), late=mistake.late)
