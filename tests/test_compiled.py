@@ -261,6 +261,21 @@ def test_a_brief_plant_takes_the_block_that_is_there(jack: Plant, compiled: Comp
     assert brief.run_batch(x0, t, u, p).x.tobytes() == whole.x.tobytes()
 
 
+@pytest.mark.parametrize("batches", [True, False], ids=["a block", "one lane of a long plant"])
+def test_a_brief_plant_is_compiled_in_haste_to_the_same_bits(
+    jack: Plant, compiled: CompiledPlant, monkeypatch, batches: bool
+) -> None:
+    t, (x0, u, p) = PERIOD * np.arange(13), lanes_of(jack, 9, 12)
+    whole, how, compiler = compiled.run_batch(x0, t, u, p), [], object_cache._compile
+    monkeypatch.setattr(object_cache, "compiled", lambda _: False)
+    monkeypatch.setattr(object_cache, "_compile", lambda ir, *asked: how.append(asked) or compiler(ir, *asked))
+    monkeypatch.setattr("workbench.engine.compiled._LONG", 1000)
+    brief = compile_plant(rosenbrock.adaptive_attempt(jack), jack.h, jack.p, STEPPING, brief=True, batches=batches)
+    for lanes in (9, 1):
+        assert brief.run_batch(x0[:lanes], t, u[:lanes], p[:lanes]).x.tobytes() == whole.x[:lanes].tobytes()
+    assert how == [(False, True)]
+
+
 def test_a_lane_that_fails_is_marked_and_its_neighbours_are_untouched(jack: Plant, compiled: CompiledPlant) -> None:
     rows = 12
     t, (x0, u, p) = PERIOD * np.arange(rows + 1), lanes_of(jack, 9, rows)

@@ -113,7 +113,7 @@ def test_a_damaged_entry_is_compiled_again(fresh_cache: Path, monkeypatch) -> No
     whole = entry.read_bytes()
     for damaged in (whole[:-1], whole[:40], b"", whole[:-9] + b"x" + whole[-8:]):
         entry.write_bytes(damaged)
-        restart(monkeypatch, lambda ir, optimised: calls.append(ir) or compiler(ir, optimised))
+        restart(monkeypatch, lambda ir, *how: calls.append(ir) or compiler(ir, *how))
         assert square() == 9
         assert entry.read_bytes() == whole
     assert len(calls) == 4
@@ -130,10 +130,10 @@ def test_an_entry_that_others_could_have_written_is_compiled_again(fresh_cache, 
         monkeypatch.setattr(os, "getuid", lambda: entry.stat().st_uid + 1)
     else:
         (entry if open_to_others == "entry" else fresh_cache).chmod(0o722)
-    restart(monkeypatch, lambda ir, optimised: calls.append(ir) or compiler(ir, optimised))
+    restart(monkeypatch, lambda ir, *how: calls.append(ir) or compiler(ir, *how))
     assert square() == 9
     assert len(calls) == 1
-    restart(monkeypatch, lambda ir, optimised: calls.append(ir) or compiler(ir, optimised))
+    restart(monkeypatch, lambda ir, *how: calls.append(ir) or compiler(ir, *how))
     assert square() == 9
     assert len(calls) == (2 if open_to_others == "another user's" else 1)
 

@@ -17,17 +17,20 @@ from .jobs import Batch, OutputJob, RunJob, Stepping
 
 _SHORT = 1000  # intervals, of a ms each some us: where nothing is absurd, they are over before a Ctrl-C is missed
 _SHORT_LOOK = 20_000  # rows of outputs, of some ns each
+_LONG = 20_000  # instructions of an attempt, for one lane of which the compiler takes seconds
 _WORTH_A_THREAD = 2000  # intervals or rows: to start another thread takes about as long as fewer of them
 
 
 class _Kernel:
     """Machine code of one plant for one number of lanes. A copy shares it; where it is unpickled it is made anew."""
 
-    def __init__(self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int) -> None:
-        self._made_of = attempt, outputs, width, commands
+    def __init__(
+        self, attempt: ca.Function, outputs: ca.Function, width: int, commands: int, hasty: bool = False
+    ) -> None:
+        self._made_of, self.width = (attempt, outputs, width, commands, hasty), width
         write = partial(module, attempt, outputs, width, object_cache.fused(), commands)
         names = "run", "outputs"
-        self.library = object_cache.load(_key(attempt, outputs, width, commands), write, names)
+        self.library = object_cache.load(_key(attempt, outputs, width, commands), write, names, hasty=hasty)
         self.run, self.outputs = (ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self.library[name]) for name in names)
 
     def __deepcopy__(self, memo: dict[int, object]) -> "_Kernel":
@@ -45,11 +48,12 @@ def _key(attempt: ca.Function, outputs: ca.Function, width: int, commands: int) 
 class CompiledPlant:
     """Runs an attempt (s, u, p, tolerance) -> s, s = [x, time left, step, attempts], and outputs h(x, u, p).
 
-    `p` are the parameters where none are given. `brief`: it runs for a few seconds of simulated time only, so that code
-    for blocks of lanes, which takes longer to compile than it would save, is taken only where it was compiled before;
-    every number is the same to the bit. The first `commands` inputs may change inside the period of a sampled law.
-    `advance` and `observe` reuse their buffers: one thread at a time. Raises RuntimeError or OSError if this machine
-    cannot compile.
+    `p` are the parameters where none are given. `batches`: it runs lanes together, so that code for blocks of them is
+    made at once, and that for one lane only where it is asked for. `brief`: it runs for a few seconds of simulated time
+    only, so that blocks are compiled in haste, or without `batches` not at all, where they were not compiled before,
+    and one lane of a long plant in haste too; every number is the same to the bit. The first `commands` inputs may
+    change inside the period of a sampled law. `advance` and `observe` reuse their buffers: one thread at a time. Raises
+    RuntimeError or OSError if this machine cannot compile.
     """
 
     def __init__(
@@ -60,21 +64,34 @@ class CompiledPlant:
         stepping: Stepping,
         brief: bool = False,
         commands: int = 1,
+        batches: bool = False,
     ) -> None:
-        self._attempt, self._h, self._brief, self._commands = attempt, outputs, brief, commands
+        self._attempt, self._h, self._commands = attempt, outputs, commands
+        self._brief, self._batches = brief, batches
         self._p, self._stepping = np.array(p, dtype=float), stepping
         self._n, self._m, self._k = outputs.numel_in(0), outputs.numel_in(1), outputs.numel_out(0)
-        self._single = _Kernel(attempt, outputs, 1, commands)
         self._bench = CallBuffers(self._n, self._m, self._p, self._k, stepping)
+        self._of(2 if batches else 1)  # a machine that cannot compile shows here
+
+    @cached_property
+    def _single(self) -> _Kernel:
+        long = self._attempt.n_instructions() > _LONG
+        return _Kernel(self._attempt, self._h, 1, self._commands, hasty=self._brief and long)
 
     @cached_property
     def _block(self) -> _Kernel:
         plant = self._attempt, self._h, object_cache.vector_width(), self._commands
-        return self._single if self._brief and not object_cache.compiled(_key(*plant)) else _Kernel(*plant)
+        if self._brief and not self._batches and not object_cache.compiled(_key(*plant)):
+            return self._single
+        return _Kernel(*plant, hasty=self._brief)
+
+    def _of(self, lanes: int) -> _Kernel:
+        """The code that runs so many lanes."""
+        return self._block if lanes > 1 or (self._brief and self._batches) else self._single
 
     def in_blocks(self, lanes: int) -> bool:
         """Whether so many lanes run in blocks, for which code that is called from them has to be made."""
-        return lanes > 1 and self._block is not self._single
+        return self._of(lanes).width > 1
 
     def run_batch(
         self, x0: np.ndarray, t: np.ndarray, u: np.ndarray, p: np.ndarray | None = None, every: int = 1
@@ -103,7 +120,7 @@ class CompiledPlant:
             **_lane_strides(t=durations[..., None], u=u[..., None, :], p=p),
             **self._limits(float(durations.max())),
         )
-        _share((self._single if lanes == 1 else self._block).run, job, lanes, 1)
+        _share(self._of(lanes).run, job, lanes, 1)
         lost = failed >= 0
         if np.count_nonzero(lost):
             after[lost] = np.nan
@@ -145,7 +162,7 @@ class CompiledPlant:
         if rows == 1:  # one row a lane is as good as one lane of all rows
             lanes, rows, strides = 1, lanes, [0, strides[0], 0, strides[2]]
         job = OutputJob(*(a.ctypes.data for a in (x, u, p, y)), 0, lanes, rows, *strides)
-        _share((self._single if lanes * rows == 1 else self._block).outputs, job, lanes, rows)
+        _share(self._of(lanes * rows).outputs, job, lanes, rows)
         return y
 
     def _run(
@@ -165,7 +182,7 @@ class CompiledPlant:
             **self._limits(first_step),
         )
         if rows:
-            _share((self._single if lanes == 1 else self._block).run, job, lanes, rows)
+            _share(self._of(lanes).run, job, lanes, rows)
         for lane in np.flatnonzero(failed >= 0):
             x[lane, failed[lane] // every + 1 :] = np.nan
         return Batch(x, attempts, failed)
@@ -202,7 +219,7 @@ class CompiledPlant:
         places = {"x0": x0, "duration": t, "p": p, "law": law, "rows_in": rows_in, "numbers": numbers, "rows_out": out}
         places |= {"attempts": attempts, "failed": failed}
         job = self._sampled_job(sample, parts, every, x.shape[1], places, x.ctypes.data)
-        _share((self._single if lanes == 1 else self._block).run, job, lanes, instants * parts)
+        _share(self._of(lanes).run, job, lanes, instants * parts)
         for lane in np.flatnonzero(failed >= 0):
             x[lane, failed[lane] // (parts * every) + 1 :] = np.nan
         return Batch(x, attempts, np.where(failed < 0, -1, failed // parts)), out
@@ -300,10 +317,7 @@ class SampledSteps:
         self._run = plant._sampled_job(sample["sample"], durations.shape[-1], instants, 1, places, before)
         strides = 0, 1, lanes, 0, plant._m, 0, len(plant._p)  # all lanes are rows of one
         self._look = OutputJob(*(a.ctypes.data for a in (self.x, self.u, self.p, self._y)), *strides)
-        self._kernel, self._sample = (
-            plant._single if lanes == 1 else plant._block,
-            sample,
-        )  # held: the jobs have addresses
+        self._kernel, self._sample = plant._of(lanes), sample  # held: the jobs have addresses
 
     def advance(self) -> np.ndarray:
         """Go on; which lanes failed, bool [lanes]."""

@@ -48,11 +48,12 @@ def compile_plant(
     stepping: Stepping,
     brief: bool = False,
     commands: int = 1,
+    batches: bool = False,
 ) -> "CompiledPlant":
     """Machine code for an attempt (s, u, p, tolerance) -> s and for outputs (x, u, p) -> y.
 
-    `p` are the parameters where a run gives none; `brief` and `commands` as CompiledPlant has them. Raises NotCompiled
-    for an operation that has no compiled form, and where the compiler is missing or does not work.
+    `p` are the parameters where a run gives none; `brief`, `commands` and `batches` as CompiledPlant has them. Raises
+    NotCompiled for an operation that has no compiled form, and where the compiler is missing or does not work.
     """
     for function in (attempt, outputs):
         if operation := first_unsupported(function):
@@ -60,7 +61,7 @@ def compile_plant(
     try:
         from .compiled import CompiledPlant
 
-        return CompiledPlant(attempt, outputs, p, stepping, brief, commands)
+        return CompiledPlant(attempt, outputs, p, stepping, brief, commands, batches)
     except (ImportError, OSError, RuntimeError) as error:
         raise NotCompiled(f"interpreted: no compiler here ({error})") from error
 
@@ -96,18 +97,23 @@ class Engine:
 
     `back_end` says what runs, "compiled" or "interpreted", and `note` why it is interpreted. Asking for "compiled"
     raises NotCompiled where that is impossible. `brief`: it runs for a few seconds of simulated time only, so that it
-    must not take long to compile; every number is the same to the bit. Parameters p [k], or [lanes, k] in batches, are
-    the plant's own when left out. All SI. Inputs are what the plant holds: where `plant.delay` says that its command is
-    late, a `DelayLine` tells what that is.
+    must not take long to compile; every number is the same to the bit. `batches`: it mostly runs lanes together.
+    Parameters p [k], or [lanes, k] in batches, are the plant's own when left out. All SI. Inputs are what the plant
+    holds: where `plant.delay` says that its command is late, a `DelayLine` tells what that is.
     """
 
     def __init__(
-        self, plant: Plant, tolerance: float = TOLERANCE, back_end: BackEnd = "auto", brief: bool = False
+        self,
+        plant: Plant,
+        tolerance: float = TOLERANCE,
+        back_end: BackEnd = "auto",
+        brief: bool = False,
+        batches: bool = False,
     ) -> None:
         self.plant = plant
         self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
-        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands)
+        self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands, batches)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the addresses of laws, which are of this process."""
@@ -259,12 +265,13 @@ def back_end_of(
     back_end: BackEnd,
     brief: bool = False,
     commands: int = 1,
+    batches: bool = False,
 ) -> "tuple[CompiledPlant | InterpretedPlant, str, str]":
     """A back end for graphs of an attempt and of outputs, its name, and why it is interpreted if it is."""
     note = "interpreted: asked for"
     if back_end != "interpreted":
         try:
-            return compile_plant(attempt, outputs, p, stepping, brief, commands), "compiled", ""
+            return compile_plant(attempt, outputs, p, stepping, brief, commands, batches), "compiled", ""
         except NotCompiled as error:
             if back_end == "compiled":
                 raise

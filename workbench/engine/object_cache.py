@@ -55,17 +55,22 @@ _RECENT = Recent[str, Library](16e6, lambda library: library.size)  # bytes; the
 _ONE_AT_A_TIME = Lock()
 
 
-def load(key: Sequence[str], write: Callable[[], str], names: Sequence[str], optimised: bool = False) -> Library:
+def load(
+    key: Sequence[str], write: Callable[[], str], names: Sequence[str], optimised: bool = False, hasty: bool = False
+) -> Library:
     """The named functions of the IR that `write` returns; `key` tells it from every other IR.
 
-    `optimised`: IR with loops and variables in memory, which the compiler is to work on first.
+    `optimised`: IR with loops and variables in memory, which the compiler is to work on first. `hasty`: code that will
+    run for a short time, and is compiled in a third of the time to run up to twice as long, to the same bits, unless
+    better code is there.
     """
-    digest = _digest(key)
+    hasty = hasty and not compiled(key)
+    digest = _digest([*key, "hasty"] if hasty else key)
     with _ONE_AT_A_TIME:
         library = _LOADED.get(digest)
         if library is None:
             name = f"{digest}.o"
-            library = Library(stored(name) or store(name, _compile(write(), optimised)), names)
+            library = Library(stored(name) or store(name, _compile(write(), optimised, hasty)), names)
         _LOADED[digest] = library
         _RECENT.keep(digest, library)
     return library
@@ -77,7 +82,7 @@ def provide(name: str, library: Library) -> None:
 
 
 def compiled(key: Sequence[str]) -> bool:
-    """Whether `functions` needs no compiler for a key."""
+    """Whether `load` needs no compiler for a key."""
     digest = _digest(key)
     return digest in _LOADED or bool(stored(f"{digest}.o"))
 
@@ -109,24 +114,31 @@ def _machine_key() -> list[str]:
 
 
 @cache
-def _target() -> llvm.TargetMachine:
+def _target(hasty: bool = False) -> llvm.TargetMachine:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
+    _instructions_by_graph()
     return llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(
         cpu=llvm.get_host_cpu_name(),
         features=llvm.get_host_cpu_features().flatten(),
-        opt=1,  # with 2 the compiler takes up to twice as long, and its code runs as fast, to the same bits
+        opt=0 if hasty else 1,  # with 2 it takes up to twice as long, and its code runs as fast, to the same bits
         reloc="pic",
         codemodel="small",
     )
 
 
-def _compile(ir: str, optimised: bool) -> bytes:
+@cache
+def _instructions_by_graph() -> None:
+    """In haste LLVM takes one instruction after the other instead, which is slow in the long blocks of a platform."""
+    llvm.set_option("jackbench", "-fast-isel=false")  # once a process
+
+
+def _compile(ir: str, optimised: bool, hasty: bool) -> bytes:
     with llvm.create_context() as context, llvm.parse_assembly(ir, context) as code:  # a context keeps every constant
         if optimised:
             passes = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=3))
             passes.getModulePassManager().run(code, passes)
-        return _target().emit_object(code)
+        return _target(hasty).emit_object(code)
 
 
 @cache

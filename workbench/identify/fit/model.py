@@ -59,7 +59,7 @@ class Model:
         self.plant, self.names, self.sessions = plant, tuple(names), tuple(sessions)
         self.parameters = (*plant.parameters, *(number.name for number in sessions))
         self.p = np.append(plant.p, [number.start for number in sessions])
-        self.engine = Engine(plant, tolerance, brief=brief)
+        self.engine, self._brief = Engine(plant, tolerance, brief=brief, batches=True), brief
         self._inputs = {variable.name for variable in plant.inputs}
         self._columns = [plant.output(name) for name in names]
 
@@ -69,7 +69,7 @@ class Model:
         plant = paced(self.plant)
         graphs = (tangent_attempt(plant), tangent_outputs(plant, self.names))
         both = np.append(self.plant.p, 0 * self.plant.p)
-        return back_end_of(*graphs, both, _STEPPING, "auto")[0]
+        return back_end_of(*graphs, both, _STEPPING, "auto", self._brief, batches=True)[0]
 
     def parameters_of(self, windows: Windows, group: WindowGroup, p: np.ndarray) -> np.ndarray:
         """The plant's parameters [w, k] in each window of a group."""
