@@ -6,7 +6,9 @@ import pytest
 from made_campaigns import campaign, written
 
 import workbench as wb
-from workbench.plant.effects import find
+from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.trace.study import run_trace
+from workbench.plant.effects import LIBRARY, find
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
@@ -14,6 +16,7 @@ from workbench.rigs.rig_file import load_rig
 TRUE = (
     ("line.hose", "lumped", {"r": 0.5, "f": 60.0, "zeta": 0.3}),
     ("jack.friction", "pressed by the mean", {"Fc": 20.0, "Fp": 80.0}),
+    ("oil.warming", "viscosity and gain", {"w": 3.0, "g": 0.5, "tau": 2.0}),
     ("sensor.bend", "position", {"e": 0.02}),
     ("sensor.bend", "pressures", {"a": 0.03, "b": -0.02}),
 )
@@ -40,3 +43,16 @@ def test_a_declared_effect_gets_the_numbers_that_made_the_records(effect, formul
         unit = next(n.si for n in find(effect, formula).numbers if n.name == name)
         found, low, high = answer.parameters[f"{effect}.{name} [{unit}]"]
         assert low <= value <= high or found == pytest.approx(value, rel=0.05)
+
+
+def test_oil_that_warms_within_a_record_is_named_with_its_numbers():
+    """Each of the others changes a flow too, but alike from a record's beginning to its end."""
+    numbers = dict(zip(("w", "g", "tau"), (3.0, 0.5, 2.0), strict=True))
+    made = campaign(declared("oil.warming", "viscosity and gain", numbers, (1.0, 1.0, 1.0)))
+    library = [effect for effect in LIBRARY if effect.name in ("oil.warming", "oil.air", "main.asymmetry")]
+    answer = run_trace(made, load_rig("festo-tp511"), library, no_checkpoint, lambda _: None).metrics
+    assert (answer["verdict"], answer["effects"]) == ("named", ["oil.warming"])
+    assert answer["ranking"][0]["formula"] == "viscosity and gain"
+    for name, value in (("g [%]", 50.0), ("tau [s]", 2.0)):
+        _, low, high = answer["ranking"][0]["parameters"][name]
+        assert low < value < high

@@ -104,7 +104,7 @@ def _coulomb(v0):
 
 def _line(loss):
     def docstring(pair, p, x, c):
-        on, w0 = 1 - np.exp(-p["r"] / 1e-3), 2 * np.pi * p["f"]
+        on, w0 = 1 - np.exp(-p["r"] / 1e-6), 2 * np.pi * p["f"]
         C = max(p["r"], 1e-2) * c["volume"] / c["beta"]
         passed = tuple(flow + on * (x[f"q{side}"] - flow) for flow, side in zip(pair, "AB", strict=True))
         return passed, {
@@ -338,7 +338,33 @@ LINE = {"pa": PRESSURE, "pb": PRESSURE, "volume": st.just(1e-3), "beta": st.just
 LINE |= {"rated": st.just(0.02), "feed": st.just(PS)}
 NONE = st.none()
 
+
+def _warms(_, p, x, c):
+    return [], {"warmth": (c["flow"] / c["rated"] - x["warmth"]) / p["tau"]}
+
+
+def _thins(force, p, x, c):
+    return force + c["viscous"] * c["velocity"] * (1 / (1 + p["w"] * max(x["warmth"], 0)) - 1), {}
+
+
+def _leaks_more(leaks, p, x, c):
+    more = p["w"] * max(x["warmth"], 0) * c["internal"] * (c["pa"] - c["pb"])
+    return (leaks[0] + more, leaks[1] - more), {}
+
+
+def _flows_more(flows, p, x, _):
+    return tuple(flow * (1 + p["g"] * max(x["warmth"], 0)) for flow in flows), {}
+
+
+WARMED = (
+    ("supply_flow", NONE, DRAWN, _warms),
+    ("friction", FORCE, RUBBING | {"viscous": some(0, 1e4)}, _thins),
+    ("leakage", FLOWS, CHAMBERS | {"internal": some(0, 1e-10)}, _leaks_more),
+    ("line_flows", FLOWS, {}, _flows_more),
+)
 DOCSTRINGS = (
+    *(("oil.warming", "viscosity", *each) for each in WARMED[:3]),
+    *(("oil.warming", "viscosity and gain", *each) for each in WARMED),
     ("drive.saturation", "hard", "current", CURRENT, LIMITED, _hard),
     ("drive.saturation", "one-sided", "current", CURRENT, LIMITED, _one_sided),
     ("drive.saturation", "soft", "current", CURRENT, LIMITED, _soft),
@@ -433,7 +459,7 @@ DOCSTRINGS = (
 )
 
 
-@pytest.mark.parametrize("entry", DOCSTRINGS, ids=lambda e: f"{e[0]}-{e[1]}")
+@pytest.mark.parametrize("entry", DOCSTRINGS, ids=lambda e: f"{e[0]}-{e[1]}-{e[2]}")
 @settings(max_examples=25)
 @given(data=st.data())
 def test_a_formula_is_its_docstring(entry, data):

@@ -31,6 +31,7 @@ NAMES = {
     "supply.limit": ("flow", ""),
     "line.hose": ("flow", ""),
     "oil.air": ("flow", ""),
+    "oil.warming": ("flow", ""),
     "jack.external_leakage": ("flow", ""),
     "jack.friction": ("force", ""),
     "jack.crossport_relief": ("flow", ""),
@@ -71,6 +72,7 @@ SMALL = {  # typical is what a 10 t jack shows: what a training cylinder would
     "jack.crossport_relief": 0.05,
     "sensor.bend": 5.0,
 }
+SLOW = {"oil.warming.warmth"}  # begins where these few moves would not bring it
 OPENS = {"p0": 3e5}  # Pa: no relief valve of a 10 t jack opens on a rig of 44 bar
 TIGHT = 1e-7  # of the engine, where its usual 1e-5 leaves more about a knock than what is compared
 by_title = pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.title)
@@ -116,6 +118,8 @@ class Hard:
         start = equilibrium(plant).x if effect.equation == "sensor" else plant.start.copy()
         for i, state in enumerate(self.base.states):
             start[plant.state(state.name)] = self.x[0, i]
+        for name in SLOW & {state.name for state in plant.states}:
+            start[plant.state(name)] = 1.0
         return start
 
 
@@ -174,6 +178,8 @@ def test_off_is_the_base_plant(hard, effect):
 def test_a_typical_strength_is_seen_in_the_signals_of_its_equation(hard, effect):
     rig, names = hard.rig, hard.base.outputs
     skip_unless_applies(effect, rig)
+    if (effect.title, rig.name) == ("oil.warming viscosity", "festo-tp511"):
+        pytest.skip("a cylinder that does not leak, and whose viscous friction is hardly above the noise")
     plant, p, batch = hard.run(effect)
     if effect.delay:
         return

@@ -163,6 +163,19 @@ def test_a_mount_gives_by_its_compliance(force, c):
     assert motion == pytest.approx([0.09, 0.15])
 
 
+def test_no_two_hoses_swing_alike():
+    """The pressures of a line swing by what its flow accelerates, less in a larger one: a fit must not find a share of
+    a small line in place of a large one."""
+    hose, context = find("line.hose", "lumped"), {"volume": 1e-3, "beta": BETA, "pa": 0.0, "pb": 0.0, "rated": 1e-3}
+    swings = []
+    for r in (1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 3.0):
+        _, rates = evaluated(hose, "line_flows", (0.0, 0.0), {"r": r}, {"PA": 1.0}, feed=2e7, **context)
+        (seen, _), _ = evaluated(hose, "ports", (0.0, 0.0), {"r": r}, {"PA": 1.0})
+        swings.append(seen / rates["qA"])
+    assert np.all(np.diff(swings) <= 1e-3 * swings[0])
+    assert np.all(np.diff(swings[3:]) < 0)
+
+
 @FEW
 @given(r=st.floats(0.02, 3), f=st.floats(5, 1000), zeta=st.floats(0.02, 0.9))
 def test_a_hose_keeps_its_oil_and_swings_at_f(r, f, zeta):

@@ -56,7 +56,7 @@ def fill(b: Assembly, jack: Chambers, flows: tuple[ca.SX, ca.SX], x: ca.SX, v: c
     """
     pa, pb = jack.pa, jack.pb
     across = b["Cl"] * (pa - pb)
-    outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain, position=x)
+    outside = b.slot("leakage", (ca.SX(0), ca.SX(0)), pa=pa, pb=pb, drain=drain, position=x, internal=b["Cl"])
     into_a = flows[0] - across - outside[0]
     into_b = across - flows[1] - outside[1]
     half = b["S"] / 2
@@ -72,7 +72,7 @@ def rod_force(b: Assembly, jack: Chambers, x: ca.SX, v: ca.SX) -> ca.SX:
     """Force [N] that the piston gives to what it carries: pressure less friction and end stops."""
     stop = end_stop(x, v, b["S"] / 2, b["ke"], b["ce"], 1e-4)
     pressures = {"drop": jack.pa - jack.pb, "mean": (jack.pa + jack.pb) / 2, "feed": b["Ps"]}
-    friction = b.slot("friction", ca.SX(0), velocity=v, position=x, **pressures)
+    friction = b.slot("friction", ca.SX(0), velocity=v, position=x, **pressures, viscous=b["b"])
     return jack.force - b["b"] * v - stop - friction
 
 

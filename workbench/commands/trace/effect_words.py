@@ -14,6 +14,7 @@ EFFECT = {
     "supply.limit": "the pump gives no more flow",
     "line.hose": "there are hoses between valve and jack",
     "oil.air": "there is air in the oil",
+    "oil.warming": "the oil warms within a record",
     "jack.external_leakage": "a chamber leaks to the outside",
     "jack.friction": "the jack rubs",
     "load.bias": "a constant force pushes the jack",

@@ -32,6 +32,7 @@ _ALONG = (
     "supply",
     "hose",
     "air",
+    "warming",
     "leakage",
     "relief",
     "load",

@@ -59,9 +59,11 @@ _PLANT = {
         "flows (into A, out of B) [m^3/s] of all valves, as they come to the chambers",
         ("pa", "pb", "volume", "beta", "rated", "feed"),
     ),
-    "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position")),
+    "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position", "internal")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),
-    "friction": Slot("dry friction [N] against the piston's motion", ("velocity", "position", "drop", "mean", "feed")),
+    "friction": Slot(
+        "dry friction [N] against the piston's motion", ("velocity", "position", "drop", "mean", "feed", "viscous")
+    ),
     **{
         f"sensor_{name}": Slot(
             f"signal: {SIGNALS[name].meaning} [{SIGNALS[name].si}]",

@@ -59,6 +59,28 @@ def _dissolving(modulus: ca.SX, s: Scope) -> ca.SX:
     return modulus / (1 + modulus * s.p("alpha") * free * free * _ATMOSPHERE / (p * p))
 
 
+def _heats(_: None, s: Scope) -> None:
+    """tau warmth' = sqrt(Q/Qr) - warmth, rounded below 0.1 %."""
+    s.rate("warmth", (ca.sqrt(s["flow"] / s["rated"] + 1e-6) - 1e-3 - s.x("warmth")) / s.p("tau"))
+
+
+def _thins(force: ca.SX, s: Scope) -> ca.SX:
+    """F + b v [exp(-k warmth) - 1]."""
+    return force + s["viscous"] * s["velocity"] * (ca.exp(-s.p("k") * s.x("warmth")) - 1)
+
+
+def _leaks_more(leaks: _Pair, s: Scope) -> _Pair:
+    """QA + Q, QB - Q, Q = [exp(k warmth) - 1] Cl (pA - pB)."""
+    more = (ca.exp(s.p("k") * s.x("warmth")) - 1) * s["internal"] * (s["pa"] - s["pb"])
+    return leaks[0] + more, leaks[1] - more
+
+
+def _flows_more(flows: _Pair, s: Scope) -> _Pair:
+    """QA and QB times exp(k/10 warmth)."""
+    factor = ca.exp(0.1 * s.p("k") * s.x("warmth"))
+    return flows[0] * factor, flows[1] * factor
+
+
 def _mixed(leaks: _Pair, s: Scope) -> _Pair:
     """QA = C (pA - pr) + k q(pA - pr), from chamber A alone, q the plant's signed root."""
     drop = s["pa"] - s["drain"]
@@ -155,6 +177,17 @@ EFFECTS = (
             EffectState("qA", "m^3/s", 1e-3),
             EffectState("qB", "m^3/s", 1e-3),
         ),
+    ),
+    off_library(
+        "oil.warming",
+        "exponential",
+        "Reynolds, Phil. Trans. 177, 1886: viscosity falls exponentially with temperature",
+        {"supply_flow": _heats, "friction": _thins, "leakage": _leaks_more, "line_flows": _flows_more},
+        (
+            size("k", "1", 5.0, 20.0, "logarithm of viscosity over that where warmth is 1"),
+            shape("tau", "s", 5.0, "time constant"),
+        ),
+        (EffectState("warmth", "1", 1.0),),
     ),
     off_library(
         "oil.air",

@@ -5,7 +5,7 @@ capacitance C = r V/beta of a line, r its volume over the chamber's mean one V a
 
     C PA' = QA - qA,  qA' = C w0^2 (PA - pA - dp(qA)),  C PB' = qB - QB,  qB' = C w0^2 (pB - PB - dp(qB))
 
-A line below 1 % of V comes on as 1 - exp(-r/0.001), so that one without volume is none; its oil has no gas.
+A line below 1 % of V comes on as 1 - exp(-1e6 r), so that one without volume is none; its oil has no gas.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from ..decorator import effect, number, state
 from ..effect import EffectNumber, Scope
 
 _Pair = tuple[ca.SX, ca.SX]
-_ONSET = 1e-3  # of the chamber's volume, over which a line comes on
+_ONSET = 1e-6  # of the chamber's volume, over which a line comes on; wider, a share of a small line is like a large one
 _LEAST = 1e-2  # of it: the volume of a line that is coming on
 
 
@@ -80,7 +80,16 @@ def lumped(flows: _Pair, s: Scope) -> _Pair:
 @_hose(
     "turbulent",
     numbers=_numbers(
-        number("loss", 0.05, "1", shown="%", low=0.0, high=1.0, meaning="drop at rated flow over supply pressure")
+        number(
+            "loss",
+            0.05,
+            "1",
+            shown="%",
+            low=0.0,
+            high=1.0,
+            meaning="drop at rated flow over supply pressure",
+            tried=(0.005, 0.3),
+        )
     ),
 )
 def turbulent(flows: _Pair, s: Scope) -> _Pair:
