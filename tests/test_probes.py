@@ -1,10 +1,13 @@
 """Probes: nothing at zero, and each one moves the rates or signals of its own equation and no others."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.plant import build
 from workbench.plant.probes import probes
+from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig
 
 MOVED = {  # per unit of input: rates or outputs that move, and by how much
@@ -112,3 +115,21 @@ def test_the_supply_probe_is_another_supply(probed):
             np.array(plant.f(x, whole, plant.p)), np.array(base.f(x, np.zeros(len(base.inputs)), p)), rtol=1e-12, atol=0
         )
         np.testing.assert_allclose(plant.observe(x, whole), base.observe(x, np.zeros(len(base.inputs)), p), rtol=1e-12)
+
+
+def test_a_load_cell_on_the_rod_tells_friction_of_the_piston_from_a_force_on_the_load():
+    """Both move the mass alike; the cell reads the first but for what moves the part before it, and none of the second."""
+    rig = load_rig("jack-10t")
+    rig = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", 30.0, "kg", "kg", "")})
+    plant = build(rig, also=probes(rig))
+    x, still = plant.start, np.zeros(len(plant.inputs))
+    cell, moved = plant.output("force"), plant.output("acceleration")
+    reads = {}
+    for name in ("force", "piston"):
+        u = still.copy()
+        u[plant.input(f"probe.force.{name}")] = 1.0
+        change = (plant.observe(x, u) - plant.observe(x, still))[0]
+        assert change[moved] == pytest.approx(1 / rig["M"], rel=1e-6)
+        reads[name] = change[cell]
+    assert reads["piston"] == pytest.approx(1 - 30 / rig["M"], rel=1e-6)
+    assert reads["force"] == pytest.approx(-30 / rig["M"], rel=1e-6)

@@ -11,10 +11,14 @@ from made_campaigns import PERIOD, SIGMA, campaign, commands, made, rubbing, rub
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.identify.fit.free_parameters import Candidate, at_strength
-from workbench.identify.trace.context import TraceContext
+from workbench.identify.trace import refit as refitting
+from workbench.identify.trace.context import TraceContext, trace_context
+from workbench.identify.trace.findings import CandidateFit
 from workbench.identify.trace.follow import Follower
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
-from workbench.identify.trace.refit import FittedModel, fit_rig
+from workbench.identify.trace.refit import FittedModel, fit_rig, refit
+from workbench.identify.trace.refits import _Refits
+from workbench.identify.trace.rule import NAMED, Judgement
 from workbench.identify.trace.score import STRENGTHS, NuisanceProjection, score, worst_windows
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY, find, with_apart
@@ -128,3 +132,38 @@ def test_a_misfit_that_no_equation_explains_is_named_where_held_out_records_show
         answer = trace(fitted()[0], (FRICTION,), no_checkpoint, lambda _: None)
     assert answer.verdict == verdict
     assert [effect.candidate.effect.name for effect in answer.effects] == ["jack.friction"] * shown
+
+
+def test_a_refit_that_overshot_and_took_the_effect_away_begins_anew_where_it_is_faint(monkeypatch):
+    """From there nothing leads back; the better of the two fits counts, and says where it began."""
+    problem, alone = fitted()
+    model, begun = problem.model((FRICTION,)), []
+    plain = refitting._fitted
+
+    def overshoots(problem, before, model, candidates):
+        begun.append(candidates[0].start["Fc"])
+        fit = plain(problem, before, model, candidates)
+        if len(begun) > 1:
+            return fit
+        off = model.plant.parameter_values(fit.p, **{"jack.friction.Fc": 0.0})
+        return replace(fit, p=off, squares=10 * fit.squares)
+
+    monkeypatch.setattr(refitting, "_fitted", overshoots)
+    with one_blas_thread():
+        found = refit(problem, alone, Candidate(FRICTION, {"Fc": 200.0}))
+    assert begun == [200.0, at_strength(FRICTION, 0.1)["Fc"]]
+    assert found.known[-1].start["Fc"] == begun[1]
+    assert found.fit.p[model.parameters.index("jack.friction.Fc")] == pytest.approx(60.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("share", "planned"), [(0.9, ["plain.0", "plain.1"]), (0.97, ["plain.0"])])
+def test_a_rival_with_a_faint_score_is_refitted_unless_nearly_all_is_explained(share, planned):
+    """Numbers that have taken what they can leave little for a score to see."""
+    problem, alone = fitted()
+    spring = find("load.spring", "linear")
+    first, faint = (Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(2))
+    judgement = Judgement("plain.0", "linear", share, 1.0, 1, "", "")
+    tried = {first.effect.title: CandidateFit(first, 0.4, judgement, alone)}
+    with one_blas_thread(), trace_context(problem, [spring], no_checkpoint, lambda _: None, several=False) as context:
+        refits = _Refits(context, 1, alone, alone, NAMED)
+        assert [pair[0].effect.name for pair in refits._planned([(first, 0.4), (faint, 0.05)], tried)] == planned

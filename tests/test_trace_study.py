@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from experiments.studies.trace.__main__ import main
 from experiments.studies.trace.campaigns.draw import CampaignPlan
 from experiments.studies.trace.given import given
 from experiments.studies.trace.plan import default_plan
@@ -328,3 +329,17 @@ def test_a_truth_that_does_not_fit_is_refused(tmp_path, text, message):
         given(tmp_path)
     with pytest.raises(InputError, match=r"truth.json: no such file"):
         given(tmp_path / "c0")
+
+
+@pytest.mark.parametrize(("words", "learns"), [([], True), (["--names"], False)])
+def test_names_alone_are_asked_for_by_an_option(words, learns, tmp_path, monkeypatch):
+    """Shapes take most of the time and change no name."""
+    asked = []
+
+    def listening(plan, tracer, *_, **__):
+        asked.append(getattr(tracer, "keywords", {}))
+        raise InputError("enough")
+
+    monkeypatch.setattr("experiments.studies.trace.study.run_trace_study", listening)
+    assert main([*words, "--campaigns", str(folders(tmp_path, 1)), "--out", str(tmp_path / "out")]) == 2
+    assert asked == [{} if learns else {"learns": False}]
