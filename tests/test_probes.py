@@ -118,7 +118,7 @@ def test_the_supply_probe_is_another_supply(probed):
 
 
 def test_a_load_cell_on_the_rod_tells_friction_of_the_piston_from_a_force_on_the_load():
-    """Both move the mass alike; the cell reads the first but for what moves the part before it, and none of the second."""
+    """Both move the mass alike; the cell reads the first, less what moves the part before it, and not the second."""
     rig = load_rig("jack-10t")
     rig = replace(rig, load="rod-cell", numbers={**rig.numbers, "Mr": Number("Mr", 30.0, "kg", "kg", "")})
     plant = build(rig, also=probes(rig))
