@@ -1,6 +1,7 @@
 """Controllers and compensators, a file each, after the protocol of workbench.control.
 
 position and force laws
+    Through                             the reference itself, for a rig whose inner loop follows it
     P, PidLead, FractionalPid           proportional; PID with a lead; PID of fractional orders
     Crone1, Crone2, Crone3              fractional order, three generations
     Tvc                                 three-variable control

@@ -6,6 +6,7 @@ from workbench.base.signals import SIGNALS
 from workbench.base.units import Spec
 from workbench.rigs import schema
 from workbench.rigs.datasheet_keys import RESPONSE, figures
+from workbench.rigs.inner_loop import FORCE, POSITION, inner_specs
 from workbench.rigs.jack import JACKS
 from workbench.rigs.load import LOADS
 from workbench.rigs.number import Number
@@ -98,6 +99,11 @@ def _rig_file() -> str:
             if specs
             for part in (f'Further numbers with `kind = "{kind}"`:', spec_table(specs))
         ),
+        "## `[inner]`",
+        "The loop of a controller that is there already, where there is one, see [](../how/closed_loop.md). `controls` is "
+        f"{_or((POSITION, FORCE))}, `full_command` the reference at command 1. Of a loop of position; one of force has "
+        "1/N in the place of 1/m. Only the first number must be there:",
+        spec_table(inner_specs(POSITION)),
         "## `[limits]`",
         spec_table(schema.LIMITS),
         f"`stop` says what the guard does after a trip: {_or(schema.STOPS)}; without it {code(schema.STOPS[0])}.",
@@ -177,6 +183,7 @@ def _shown(value: Number | None) -> str:
 def _places() -> dict[str, tuple[str, Spec]]:
     """Every number: the table of the rig file that it is in, and what is known of it."""
     tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "load": schema.LOAD}
+    tables["inner"] = inner_specs(POSITION)
     places = {name: (section, spec) for section, specs in tables.items() for name, spec in specs.items()}
     for kind in VALVES.values():
         for specs in (kind.numbers, *kind.correctors.values()):

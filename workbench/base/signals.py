@@ -29,6 +29,7 @@ SIGNALS: dict[str, Signal] = {
     for signal in (
         Signal("t", "s", "s", "time"),
         Signal("reference", "m", "mm", "what the position loop is asked for"),
+        Signal("force_reference", "N", "kN", "what the force loop is asked for"),
         Signal("command", "1", "1", "spool-position command to the valve drive, -1..1, as written by the drive"),
         Signal("current", "A", "mA", "pilot current of one valve"),
         Signal("spool", "m", "mm", "main-stage spool position (LVDT)"),
@@ -77,6 +78,9 @@ def output_signal(name: str) -> Signal:
     """What an output of a plant is: a signal of a jack, "leg2.position" of a leg, or one of a platform."""
     return PLATFORM[name] if name in PLATFORM else SIGNALS[name.rpartition(".")[2]]
 
+
+DRIVING = ("command", "reference", "force_reference")
+"""What may drive a rig: a record has one of them at least."""
 
 FURTHER_INPUTS = ("direction", "load_setting", "specimen_position", "specimen_velocity", "disturbance")
 """What a record may carry besides the command as an input of the plant."""

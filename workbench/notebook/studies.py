@@ -15,6 +15,7 @@ from ..commands.retune.config import load_retune
 from ..commands.retune.study import run_retune
 from ..commands.trace.study import trace_campaign as trace
 from ..records import Campaign, load_campaign
+from ..rigs.driven import driven
 from ..rigs.rig import Rig
 from ..rigs.rig_file import load_rig
 from . import commands
@@ -158,7 +159,8 @@ def fit(campaign: Campaign | str | Path, rig: Rig | str | None = None, starts: i
 def _loaded(campaign: Campaign | str | Path, rig: Rig | str | None) -> tuple[Campaign, Rig]:
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign_folder(campaign))
-    return campaign, rig if isinstance(rig, Rig) else load_rig(rig or campaign.rig, corrector=campaign.corrector)
+    own = rig if isinstance(rig, Rig) else load_rig(rig or campaign.rig, corrector=campaign.corrector)
+    return driven(campaign, own), own
 
 
 def _quiet(_: str) -> None:

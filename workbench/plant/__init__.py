@@ -5,6 +5,7 @@ assembly    a finished plant, and how parts declare states, rates, outputs and s
 valve/      the kinds of valve with their equations
 jack        the two chambers around the piston, leakage and end stops; mass, specimen, a second cylinder
 oil         a chamber's oil, with the gas that comes out of it below 1 atm
+inner_loop  the loop of somebody else's controller around the valve
 orifice     laws of orifices, laps, stops and flow forces
 effects/    what a model may lack
 platform, platform_body    six force ports under a rigid body with its legs

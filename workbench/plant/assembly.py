@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from ..base.errors import InputError, nearest
+from ..rigs.inner_loop import DELAY
 from .effects.effect import Effect, Scope
 from .effects.slots import ORIGINS, RANGED, SENSED, SLOTS
 
@@ -276,7 +277,7 @@ class Assembly:
     def slot(self, name: str, value: Any, **context: ca.SX) -> Any:
         """Pass a quantity through every effect in this slot; with none it comes back as it was."""
         self._passed.add(name)
-        for effect, _ in self._effects:
+        for effect, _ in sorted(self._effects, key=lambda pair: not pair[0].anew):
             if name in effect.laws:
                 self._acting.add(effect.name)
                 u = {key: symbol for key, (_, symbol) in self._effect_inputs.items()}
@@ -322,6 +323,7 @@ class Assembly:
         if missing:
             raise InputError(f"plant {self.name}: no rate for state {missing[0]}; its law must call s.rate")
         names = ["x", "u", "p"]
+        delays = [name for name in (self._delay, DELAY) if name in self._p]
         rates = ca.vertcat(*(self._rates[name] for name in self._x))
         outputs = ca.vertcat(*self._outputs.values())
         return Plant(
@@ -334,8 +336,9 @@ class Assembly:
             f=ca.Function("f", [x, u, p], [ca.cse(rates)], names, ["rates"]),
             h=ca.Function("h", [x, u, p], [ca.cse(outputs)], names, ["y"]),
             dry_friction=tuple(self._dry),
-            delay=self._delay if "command" in inputs else None,
+            delay=delays[0] if delays and "command" in inputs else None,
             interpolated=self._interpolated,
+            computing=delays[1] if len(delays) > 1 else None,
             bends=tuple(bend for effect, _ in self._effects for bend in _bends(effect)),
         )
 

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import casadi as ca
 
 from ..base.errors import InputError
+from ..rigs.inner_loop import POSITION
 from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
 from . import jack as jacks
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, missing, resolve
+from .inner_loop import valve_command
 from .jack import cell_forces, loader_force, specimen_force
 from .linear import build_linear
 from .oil import above_vacuum, chamber, continuity
@@ -52,10 +54,13 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     x = b.state("x", "m", rig["S"] / 2)
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
-    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
     travel, speed = b.slot("piston", (x, v))
-    jacks.fill(b, cylinder, flows, travel, speed, b["Pr"])
     force = specimen_force(b, x, v)
+    if rig.inner:
+        controlled = travel + b["xmid"] if rig.inner.controls == POSITION else force
+        command = valve_command(b, rig.inner, command, controlled, speed, cylinder.pa - cylinder.pb)
+    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
+    jacks.fill(b, cylinder, flows, travel, speed, b["Pr"])
     if "AL" in b:
         force += loader_force(b, valve, x, v)
     rod = jacks.rod_force(b, cylinder, travel, speed)

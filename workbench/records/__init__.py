@@ -8,6 +8,7 @@ fingerprint            what says that a campaign is the same one
 read, repair           records from files; what is mended on the way
 table, mat             files as tables of numbers
 columns                which column is which signal
+pair                   two columns of a recording, whatever they are called
 frequency_sheet        a frequency response as a small table
 sheet_points           a frequency response with gaps, as a record
 rational_fit           a rational model with a delay, fitted to one

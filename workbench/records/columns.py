@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.signals import SIGNALS
+from ..base.signals import DRIVING, SIGNALS
 from ..base.units import converts, to_si
 from .table import cell_name
 
@@ -105,7 +105,8 @@ def _split(cell: str) -> tuple[str, str | None]:
 
 
 def _require(path: Path, header: Sequence[str], places: Mapping[str, str], mapping: Mapping[str, ColumnMap]) -> None:
-    reasons = {"t": "rows need their time", "command": "the command is the model's input"}
+    driven = next((name for name in DRIVING if name in places), "command")
+    reasons = {"t": "rows need their time", driven: "the command is the model's input, or the reference of a loop"}
     for name, reason in reasons.items():
         if name not in places and mapping.get(name, ColumnMap()).period is None:
             title = cell_name(mapping.get(name, ColumnMap()).column or SIGNALS[name].label)

@@ -12,7 +12,7 @@ from .sessions import Drift
 
 def fingerprint(campaign: Campaign) -> dict[str, Any]:
     """What says that a campaign is the same one: folder's name, score, a digest of every record, sessions, drifts."""
-    records = {role: {record.name: _digest(record) for record in getattr(campaign, role)} for role in ROLES}
+    records = {role: {record.name: digest(record) for record in getattr(campaign, role)} for role in ROLES}
     sessions = [
         {"name": each.name, "records": list(each.records), "numbers": list(each.numbers)}
         | ({"per": each.per} if isinstance(each, Drift) else {})
@@ -22,7 +22,8 @@ def fingerprint(campaign: Campaign) -> dict[str, Any]:
     return same | records | ({"sessions": sessions} if sessions else {})
 
 
-def _digest(record: Record) -> str:
+def digest(record: Record) -> str:
+    """The digest of all that a record has."""
     arrays = [record.t, *(record.signals[n] for n in sorted(record.signals)), *record.valid.values()]
     late = [np.array([record.late])] if record.late else []
     return sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in (*arrays, *late))).hexdigest()[:16]

@@ -7,18 +7,20 @@ criterion is taken.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..base.errors import InputError
 from ..base.rational_function import fit_rational_function
+from ..base.words import counted
 
 MOST_POLES = 8
 _MOST_INTEGRATORS = 2
 _NEGLIGIBLE = 1e-4  # relative error: below it no order is better than another
 _WORSE = 2  # orders in a row without gain end the search
 _SLOPE = -0.8, 1.2  # of the slope at the low end less the integrators that are tried
+_BENT, _AS_GOOD = 0.02, 1.25  # of the response; of the best model's error
 _FAR = 1e6  # of the highest frequency: as good as infinity
 _BELOW = 0.1  # of the lowest frequency: what is below is not told from a pole or zero at 0
 
@@ -60,7 +62,8 @@ class RationalFit:
         """Poles, integrators among them, zeros and delay in words."""
         poles, zeros = len(self.denominator) - 1, len(self.numerator) - 1
         integrators = poles - np.flatnonzero(self.denominator)[-1]
-        return f"{poles} poles ({integrators} at 0), {zeros} zeros, delay {self.delay * 1e3:.3g} ms"
+        poles_said = f"{counted(poles, 'pole')} ({integrators} at 0)"
+        return f"{poles_said}, {counted(zeros, 'zero')}, delay {round(1e3 * self.delay, 6):.3g} ms"
 
     def __repr__(self) -> str:
         worst = int(np.argmax(self.errors))
@@ -94,6 +97,25 @@ def fit_rational(f: np.ndarray, response: np.ndarray, order: FitOrder | None = N
     if not candidates:
         raise InputError("no model of this order; give other poles, zeros or integrators")
     return min(candidates, key=lambda pair: pair[1])[0]
+
+
+def fit_judged(f: np.ndarray, response: np.ndarray, judges: tuple[np.ndarray, ...]) -> tuple[RationalFit, float]:
+    """The model near a response [k] at f [k] in Hz whose order serves another response best; its rms error there.
+
+    `judges` are f [j], response [j] and 95 % radius [j] to which no model is fitted. An error counts over the radius,
+    or over _BENT of the response where that is more: what bends is in no radius. Of the models that are as good as the
+    best within _AS_GOOD, the one with the fewest numbers is taken. Raises InputError.
+    """
+    order, most = FitOrder(), min(MOST_POLES, (2 * len(f) - 2) // 3)
+    other, truth, radius = judges
+    found = [fit for k in _integrators(f, response, order) for fit, _ in _searched(f, response, order, k, most)]
+    if not found:
+        raise InputError(f"{len(f)} frequencies bear no model; record a wider band")
+    unit = np.maximum(radius, _BENT * np.abs(truth))
+    errors = [float(np.sqrt(np.mean(np.abs((replace(fit, f=other).fitted - truth) / unit) ** 2))) for fit in found]
+    good = [k for k, error in enumerate(errors) if error <= _AS_GOOD * min(errors)]
+    chosen = min(good, key=lambda k: (len(found[k].numerator) + len(found[k].denominator), errors[k]))
+    return found[chosen], errors[chosen]
 
 
 def _searched(

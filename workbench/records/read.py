@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.signals import FURTHER_INPUTS, SIGNALS
+from ..base.signals import DRIVING, FURTHER_INPUTS, SIGNALS
 from . import repair as mend
 from .columns import HELD, Column, ColumnMap, choose
 from .record import Record
 from .table import FORMATS, open_table
 
 FEWEST_ROWS = 10
-INPUTS = ("command", *FURTHER_INPUTS)  # held, never bridged
+INPUTS = (*DRIVING, *FURTHER_INPUTS)  # held, never bridged
 _SQUARED = 1e-100, 1e100  # SI: the square of what is smaller or larger is no number to compute with
 UNUSED = "not used: "
 """Begins what a note says of columns that are no signals."""
@@ -59,7 +59,7 @@ def read_record(
     columns, ignored = choose(path, table.header, mapping or {}, unused)
     _refuse_few(path, table.rows.size)
     raw = table.read(list(dict.fromkeys(column.cell for column in columns.values())))
-    time, command = columns.pop("t", None), columns["command"]
+    time, command = columns.pop("t", None), next(columns[name] for name in DRIVING if name in columns)
     rows = table.rows[: raw[command.cell].size]
     t = _clock(mapping or {}, rows.size) if time is None else time.to_si(raw[time.cell], "s")
     t, keep, notes = mend.good_times(path, rows, t, "t" if time is None else time.cell)

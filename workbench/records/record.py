@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.signals import FURTHER_INPUTS, SIGNALS
+from ..base.signals import DRIVING, FURTHER_INPUTS, SIGNALS
 from ..base.units import from_si
 
 
@@ -79,11 +79,10 @@ def block_mean(record: Record, rows: int) -> Record:
     if rows < 1 or blocks < 1:
         raise ValueError(f"record {record.name}: blocks of {rows} rows do not fit {record.t.size} rows")
     blocked = {name: values[: blocks * rows].reshape(blocks, rows) for name, values in record.signals.items()}
-    commands = ("command", "reference")
     return Record(
         record.name,
         record.t[: blocks * rows : rows],
-        {name: values[:, 0] if name in commands else values.mean(axis=1) for name, values in blocked.items()},
+        {name: values[:, 0] if name in DRIVING else values.mean(axis=1) for name, values in blocked.items()},
         {name: np.all(mask[: blocks * rows].reshape(blocks, rows), axis=1) for name, mask in record.valid.items()},
         (*record.notes, f"means over blocks of {rows} rows"),
         record.late,
@@ -94,7 +93,7 @@ def centred_means(record: Record, rows: int) -> Record:
     """Every `rows`-th row: inputs are means over the rows up to the next one, for which they are held; what answers
     is the mean over as many rows about the kept one, so that nothing leads or lags. An incomplete end is left out.
     """
-    inputs, count = ("command", "reference", *FURTHER_INPUTS), record.t.size // rows
+    inputs, count = (*DRIVING, *FURTHER_INPUTS), record.t.size // rows
     if rows < 1 or count < 1:
         raise ValueError(f"record {record.name}: means of {rows} rows do not fit {record.t.size} rows")
 

@@ -6,6 +6,8 @@ shipped     the names of the bundled rigs and platforms
 schema, together    the numbers that every rig has, and what they have to be to each other
 oil         what its oil is where its file does not say
 valve/      the kinds of valve: their numbers, spool loops, slots and stages
+inner_loop  the loop of somebody else's controller, whose reference is the rig's command
+driven      a campaign with what drives its rig as the command
 jack, load  the kinds of jack and of load
 limited     the signals that stay within limits, and whose each limit is
 tolerances  how far a number may be off where its datasheet does not say

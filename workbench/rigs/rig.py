@@ -9,6 +9,7 @@ from ..base.errors import InputError, nearest
 from ..base.signals import SIGNALS, Signal
 from ..base.units import Spec
 from . import schema
+from .inner_loop import InnerLoop
 from .jack import JACKS, JackKind
 from .limited import SignalLimit
 from .load import LOADS, ROD_CELL, SPECIMEN
@@ -38,7 +39,8 @@ class Rig(Mapping[str, float]):
     """All that is known of a rig; as a mapping, the SI values of the plant's numbers by name.
 
     `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a sample to its command, those of
-    its controller, with the `deadline` of what computes; `stop` what its guard does after a trip, `shut_off` the valve
+    its controller, with the `deadline` of what computes; where somebody else's controller closes an `inner` loop, the
+    rig's command is that one's reference; `stop` what its guard does after a trip, `shut_off` the valve
     that it closes then, where there is one.
 
     `further_limits`: those of a live rig that was joined, on signals that `limits` say nothing of.
@@ -65,6 +67,7 @@ class Rig(Mapping[str, float]):
     stop: str = schema.STOPS[0]
     deadline: Number | None = None
     load: str = SPECIMEN
+    inner: InnerLoop | None = None
     shut_off: ShutOff | None = None
     further_limits: tuple[SignalLimit, ...] = ()
 
@@ -95,7 +98,8 @@ class Rig(Mapping[str, float]):
     @property
     def specs(self) -> Mapping[str, Spec]:
         """Unit, possible range and meaning of every number that the plant may have."""
-        return number_specs(self.valve, self.corrector, self.jack, self.load) | schema.GAS
+        inner = self.inner.specs if self.inner else {}
+        return {**number_specs(self.valve, self.corrector, self.jack, self.load), **schema.GAS, **inner}
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -192,7 +196,8 @@ class Rig(Mapping[str, float]):
         specs = number_specs(self.valve, corrector, self.jack, self.load)
         if missing := [name for name in specs if name not in self.numbers]:
             raise InputError(f"rig {self.name}: corrector {corrector} needs {missing[0]}, which the rig file lacks")
-        numbers = {name: self.numbers[name] for name in (*specs, *schema.GAS) if name in self.numbers}
+        further = self.inner.specs if self.inner else ()
+        numbers = {name: self.numbers[name] for name in (*specs, *schema.GAS, *further) if name in self.numbers}
         return replace(self, corrector=corrector, numbers=numbers)
 
     def with_values(self, **values: float) -> "Rig":

@@ -1,10 +1,11 @@
 """Rig files, read and written.
 
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load` (`kind`),
-`limits`, `control`, `sensors.NAME`, `shut_off`, `effects` and `sessions.NAME`; `effect_files` lists Python files beside
-it with a user's own effects. A number is `{value = 2.29, unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds`
-(in the same unit) are how far a fit may move it, `interval` within what a fit knows it (95 %). A session has numbers of
-the plant that were others in the records of a campaign's session of that name. Everything is SI once read.
+`inner` (`controls`), `limits`, `control`, `sensors.NAME`, `shut_off`, `effects` and `sessions.NAME`; `effect_files`
+lists Python files beside it with a user's own effects. A number is `{value = 2.29, unit = "mm", source = "...",
+bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may move it, `interval` within what a fit knows it
+(95 %). A session has numbers of the plant that were others in the records of a campaign's session of that name.
+Everything is SI once read.
 """
 
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from ..base.toml import read_toml
 from ..base.toml_text import toml_text
 from ..base.units import Spec
 from . import schema
+from .inner_loop import read_inner_loop
 from .jack import JACKS
 from .load import LOADS, SPECIMEN
 from .number import Number, read_number
@@ -29,7 +31,10 @@ from .valve import VALVES
 
 TITLES = ("name", "title", "source", "recordings", "effect_files")
 NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
-TABLES = ("supply", "oil", "valve", "jack", "load", "limits", "control", "sensors", "shut_off", "effects", "sessions")
+TABLES = (
+    *("supply", "oil", "valve", "jack", "load", "inner"),
+    *("limits", "control", "sensors", "shut_off", "effects", "sessions"),
+)
 
 
 def load_rig(name: str | Path, beside: Path | None = None, corrector: str = "") -> Rig:
@@ -102,6 +107,12 @@ def _read(path: Path, shown: str) -> Rig:
     }
     specs = number_specs(valve_kind.name, corrector, jack_kind.name, load) | schema.GAS
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
+    inner = None
+    if "inner" in top:
+        table = top.table("inner")
+        inner = read_inner_loop(table, limits["stroke"].value, limits["force"].value)
+        specs |= inner.specs
+        numbers |= _numbers(table, inner.specs, *inner.table())
     sensors = read_sensors(top.optional_table("sensors"))
     if wrong := problem_together(numbers, limits):
         table, name, problem = wrong
@@ -128,6 +139,7 @@ def _read(path: Path, shown: str) -> Rig:
         stop=_stop(top.table("limits")),
         deadline=_deadline(control),
         load=load,
+        inner=inner,
         shut_off=read_shut_off(top.optional_table("shut_off")),
     )
 

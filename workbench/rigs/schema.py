@@ -1,6 +1,7 @@
 """Numbers that every rig has: meaning, SI unit and the range that physics allows. Its valve and jack have more."""
 
 from ..base.units import Spec
+from .inner_loop import GAIN, POSITION, inner_specs
 
 ORIFICE = "m^3/s/Pa^0.5"
 GRADIENT = "m^2/s/Pa^0.5"
@@ -46,6 +47,7 @@ SHUT_OFF = {
 }
 OPTIONAL = (
     *GAS,
+    *(name for name in inner_specs(POSITION) if name != GAIN),
     *("pressure", "least_pressure", "command", "following_error", "flow_error", "computing_delay", "deadline"),
 )
-"""Of oil, limits and control."""
+"""Of oil, inner loop, limits and control."""

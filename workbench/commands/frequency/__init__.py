@@ -1,1 +1,4 @@
-"""`jackbench frequency CAMPAIGN|SHEET.csv --output SIGNAL`: a measured frequency response beside the model's."""
+"""`jackbench frequency CAMPAIGN|RECORDING...|SHEET --output SIGNAL`: a measured response beside a model's.
+
+two_columns    any two columns of recordings, with the transfer function that is fitted to them
+"""

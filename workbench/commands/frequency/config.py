@@ -1,4 +1,5 @@
-"""What a frequency response is measured on: records of a campaign, or the sheet of a datasheet curve."""
+"""What a frequency response is measured on: records of a campaign, two columns of any recordings, or the sheet of a
+datasheet curve."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,49 +12,62 @@ import numpy as np
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
 from ...base.units import to_si
-from ...records import Campaign, Record, load_campaign
-from ...records.fingerprint import fingerprint
+from ...records import Campaign, Record
+from ...records.fingerprint import digest, fingerprint
 from ...records.frequency_sheet import FrequencySheet, read_sheet
+from ...records.pair import RecordedPair, read_pair
+from ...rigs.driven import load_driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 
 
 @dataclass(frozen=True)
 class FrequencyTask:
-    """What is compared: `records` of a campaign, or sheets, with a rig; `pair` is input and output."""
+    """What is compared: `records` of a campaign, or sheets, with a rig; or recorded `pairs` of columns, without one;
+    `pair` is input and output."""
 
-    rig: Rig
+    rig: Rig | None
     source: str
     pair: tuple[str, str]
     records: tuple[Record, ...] = ()
     sheets: tuple[FrequencySheet, ...] = ()
     campaign: Campaign | None = None
     period: float | None = None
+    pairs: tuple[RecordedPair, ...] = ()
 
 
 def load(
-    path: str | Path,
+    paths: str | Path | Sequence[str | Path],
     pair: tuple[str, str],
     rig: str | None = None,
     only: Sequence[str] = (),
     period: float | None = None,
     amplitude: float | None = None,
 ) -> FrequencyTask:
-    """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet.
+    """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet; or, without a
+    rig, recordings with the two columns.
 
     `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
     """
+    files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
+    recordings = [path.is_file() and path.suffix != ".toml" for path in files]
+    if all(recordings) and rig is None:
+        pairs = tuple(read_pair(path, *pair) for path in files)
+        if len({each.units for each in pairs}) > 1:
+            raise InputError(f"{files[0]}: the columns have other units than in {files[-1]}; convert them to one")
+        return FrequencyTask(None, "+".join(each.record.name for each in pairs), pair, period=period, pairs=pairs)
+    if len(files) > 1:
+        raise InputError(f"{files[1]}: give one campaign, one sheet, or recordings without --rig")
+    path = files[0]
     for name in pair:
         if name not in SIGNALS or name == "t":
             raise InputError(f'no signal "{name}"; {nearest(name, [known for known in SIGNALS if known != "t"])}')
-    path = Path(path)
-    if path.is_file() and path.suffix != ".toml":
-        if rig is None:
-            raise InputError(f"{path}: a sheet names no rig; add --rig")
+    if recordings[0]:
+        assert rig is not None
         signal = SIGNALS[pair[0]]
         size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
         return FrequencyTask(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
-    campaign = load_campaign(path)
+    campaign, own = load_driven(path, rig or "")
     every = {record.name: record for record in campaign.records}
     for name in only:
         if name not in every:
@@ -61,8 +75,7 @@ def load(
     records = tuple(every[name] for name in only) or campaign.heldout
     source = campaign.path.resolve().name
     sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
-    driven = load_rig(rig or campaign.rig, corrector=campaign.corrector)
-    return FrequencyTask(driven, source, pair, records, sheets, campaign, period)
+    return FrequencyTask(own, source, pair, records, sheets, campaign, period)
 
 
 def identity(task: FrequencyTask) -> dict[str, Any]:
@@ -73,6 +86,8 @@ def identity(task: FrequencyTask) -> dict[str, Any]:
         ]
         for sheet in task.sheets
     }
+    if task.pairs:
+        return {"pairs": [digest(each.record) for each in task.pairs], "pair": list(task.pair), "period": task.period}
     return {
         "campaign": None if task.campaign is None else fingerprint(task.campaign),
         "records": [record.name for record in task.records],

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
 from ...base.signals import SIGNALS
+from ...identify.data.frequency_response import between
 from ...report import Curve, Figure, Page, Panel, Section, Table
 
 
@@ -25,6 +26,14 @@ class Comparison:
     radius: np.ndarray | None = None
     linear: Mapping[str, np.ndarray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    h2: np.ndarray | None = None
+    units: tuple[str, str] | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the gain."""
+        below, above = self.units or [SIGNALS[name].unit for name in self.pair]
+        return above if below == "1" else f"{above}/{below}"
 
 
 def _beside(comparison: Comparison, response: np.ndarray) -> np.ndarray:
@@ -47,6 +56,7 @@ def _edges(comparison: Comparison) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def columns(comparison: Comparison) -> dict[str, np.ndarray]:
     """Columns [k] by the keys of metrics.json."""
     low, high, _ = _edges(comparison)
+    others = {} if comparison.h2 is None else {"h2": comparison.h2, "hv": between(comparison.measured, comparison.h2)}
     return {
         "f_hz": comparison.f,
         "gain_db": gain_db(comparison.measured),
@@ -56,6 +66,7 @@ def columns(comparison: Comparison) -> dict[str, np.ndarray]:
         "coherence": np.full(comparison.f.size, np.nan) if comparison.coherence is None else comparison.coherence,
         "model_gain_db": gain_db(comparison.model),
         "model_phase_deg": _beside(comparison, comparison.model),
+        **{f"{name}_gain_db": gain_db(response) for name, response in others.items()},
     }
 
 
@@ -101,9 +112,9 @@ def figure(comparison: Comparison) -> Figure:
         style = "dash" if name in comparison.linear else "line"
         gain.append(Curve(name, comparison.f, gain_db(response), style))
         turn.append(Curve(name, comparison.f, _beside(comparison, response), style))
-    below, above = (SIGNALS[name].unit for name in comparison.pair)
-    unit = above if below == "1" else f"{above}/{below}"
-    panels = [Panel(f"gain re 1 {unit} [dB]", gain), Panel("phase [deg]", turn, y_step=45.0)]
+    if comparison.h2 is not None:
+        gain.append(Curve("measured, H2", comparison.f, gain_db(comparison.h2), "dash"))
+    panels = [Panel(f"gain re 1 {comparison.unit} [dB]", gain), Panel("phase [deg]", turn, y_step=45.0)]
     if comparison.coherence is not None:
         panels.append(
             Panel(
@@ -115,8 +126,8 @@ def figure(comparison: Comparison) -> Figure:
     return Figure(title, "frequency [Hz]", panels, log_x=True, note=note)
 
 
-def page(source: str, rig: str, comparisons: Sequence[Comparison]) -> Page:
-    """The report."""
+def page(source: str, rig: str, comparisons: Sequence[Comparison], said: str = "") -> Page:
+    """The report; `said` comes before what the comparisons say."""
     lines = []
     for comparison in comparisons:
         apart, where = _furthest(comparison) or (None, None)
@@ -129,12 +140,14 @@ def page(source: str, rig: str, comparisons: Sequence[Comparison]) -> Page:
     )
     below, above = comparisons[0].pair
     sections = [Section("Summary", [summary]), Section("Bode", [figure(comparison) for comparison in comparisons])]
-    return Page(f"{above} over {below}: {source} and {rig}", _verdict(rig, comparisons), sections)
+    return Page(f"{above} over {below}: {source} and {rig}", said + _verdict(rig, comparisons), sections)
 
 
 def _played(comparisons: Sequence[Comparison]) -> list[str]:
     """What the model was asked beside records, which have a band, and beside sheets, which have none."""
     banded = {comparison.radius is not None for comparison in comparisons}
+    if comparisons[0].units:
+        return ["The difference is where the band is narrower than half of the response."]
     record = "Beside a record the model is driven by its recorded command and goes through the same estimator; the "
     record += "difference is where the band is narrower than half of the response."
     return [record] * (True in banded) + ["Beside a sheet it plays the sheet's sines."] * (False in banded)

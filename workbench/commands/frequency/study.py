@@ -7,10 +7,10 @@ import numpy as np
 
 from ...base.errors import InputError, nearest
 from ...base.gain_phase import gain_db, phase_deg
-from ...base.signals import SIGNALS
+from ...base.signals import DRIVING, SIGNALS
 from ...base.units import from_si
 from ...engine import Engine
-from ...identify.data.frequency_response import HELD, FrequencyResponse, measured_response, same_estimate
+from ...identify.data.frequency_response import FrequencyResponse, measured_response, same_estimate
 from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.fit.predict import predict_free
 from ...linear import Equilibrium, discretise, equilibrium
@@ -59,10 +59,10 @@ def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outc
 def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
     """The model's response [k] by the same estimator on what it predicts of the record; NaN where it fails."""
     for name in (measured.input, measured.output):
-        if name not in plant.outputs and name not in HELD:
+        if name not in plant.outputs and name not in DRIVING:
             raise InputError(f"rig {plant.name} does not predict {name}; {nearest(name, plant.outputs)}")
     free = predict_free(plant, record, floor)
-    signals = {name: values for name, values in record.signals.items() if name in HELD} | free.signals
+    signals = {name: values for name, values in record.signals.items() if name in DRIVING} | free.signals
     if free.failed:
         return {"response": np.full(measured.f.size, complex(np.nan, np.nan))}
     return {"response": same_estimate(measured, Record(record.name, record.t, signals))}

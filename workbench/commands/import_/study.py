@@ -13,6 +13,7 @@ from ...records import ColumnMap, load_campaign, read_record
 from ...records.campaign import FILE
 from ...records.foreign import UNREAD, ConvertedTable
 from ...records.read import UNUSED
+from ...rigs.driven import driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import bundled, rig_text
 from ..common.outcome import Outcome, Progress
@@ -65,7 +66,7 @@ def _tried(
             if not division.entries["heldout"]:
                 return guesses, division, division.reason, mends
             (folder / FILE).write_text(campaign_text(named, division, guesses, period), encoding="utf-8")
-            campaign = load_campaign(folder)
+            campaign = driven(load_campaign(folder), rig)
             notes = dict.fromkeys(note for record in campaign.records for note in record.notes)
             mends = [note for note in notes if UNUSED not in note]
             verdict = held_against(campaign, rig)

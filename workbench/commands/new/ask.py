@@ -12,11 +12,12 @@ from typing import Any, TypeVar
 
 from ...base.errors import InputError, nearest
 from ...base.toml_text import toml_text
-from ...base.units import from_si, number_and_unit, quantity
+from ...base.units import Spec, from_si, number_and_unit, quantity
 from ...rigs.datasheet import HOSE, KIND
 from ...rigs.datasheet_keys import DatasheetEntry, figures
 from ...rigs.jack import JACKS
 from ...rigs.valve import VALVES
+from .closed_loop import EXAMPLES, LABEL
 
 STAGES = {"two-stage": "second-order", "three-stage": "three-stage"}
 """How makers call a valve, and the kind of valve that such a datasheet is enough for."""
@@ -78,6 +79,26 @@ def asked_datasheet(stages: str, name: str, ask: Ask = input) -> str:
             break
         answers += [(further, answer)] if answer else []
     return toml_text({"experiment": KIND, "name": name, **_document(kind.name, jack, answers)})
+
+
+def asked_label(ask: Ask = input) -> dict[str, float]:
+    """The numbers [SI] of a label, from answers. Raises InputError, with all that is missing, where they end."""
+    answers: dict[str, float] = {}
+    for key, spec in LABEL.items():
+        prompt = f"{spec.meaning} ({key}), such as {EXAMPLES[key]}: "
+        try:
+            answers[key] = _asked(ask, prompt, lambda text, of=spec: _within(text, of))
+        except EOFError:
+            names = ", ".join([*LABEL][len(answers) :])
+            raise InputError(f"the answers ended before {names}; answer every question") from None
+    return answers
+
+
+def _within(text: str, spec: Spec) -> float:
+    value = quantity(text, spec.unit)
+    if problem := spec.problem(value):
+        raise InputError(problem)
+    return value
 
 
 def _asked(ask: Ask, prompt: str, check: Callable[[str], T]) -> T:

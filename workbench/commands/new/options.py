@@ -9,9 +9,11 @@ from ...rigs.datasheet import load_datasheet
 from ...rigs.platform import load_rig_or_platform
 from ...rigs.rig import Rig
 from ..common.new_folder import check_new, write_folder
-from .ask import STAGES, asked_datasheet
+from .ask import STAGES, asked_datasheet, asked_label
+from .closed_loop import closed_loop_files
 
 _DATASHEET = "datasheet.toml"
+CLOSED_LOOP = "closed-loop"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +24,8 @@ def options(parser: argparse.ArgumentParser) -> None:
     source.add_argument(
         "--datasheet", type=Path, metavar="FILE", help="build the rig from this datasheet, as new-rig does"
     )
-    source.add_argument("--ask", choices=STAGES, help="ask for the numbers of a valve's, jack's and load's datasheet")
+    what = "ask for the numbers of a valve's, jack's and load's datasheet, or for the label of a jack in a closed loop"
+    source.add_argument("--ask", choices=(*STAGES, CLOSED_LOOP), help=what)
     parser.set_defaults(call=_new)
 
 
@@ -36,6 +39,8 @@ def _new(options: argparse.Namespace, _words: list[str]) -> None:
 
 def _files(options: argparse.Namespace) -> dict[str, str]:
     """The text of every file, by its path in the folder."""
+    if options.ask == CLOSED_LOOP:
+        return closed_loop_files(asked_label(), options.folder.name)
     sheet: dict[str, str] = {}
     if options.ask is not None:
         sheet = {_DATASHEET: asked_datasheet(options.ask, options.folder.name)}

@@ -2,10 +2,10 @@
 
 import argparse
 
-from ...records import Campaign, load_campaign
+from ...records import Campaign
 from ...records.campaign import judged_by
+from ...rigs.driven import load_driven
 from ...rigs.rig import Rig
-from ...rigs.rig_file import load_rig
 from ..common.shipped import campaign as campaign_folder
 
 
@@ -28,7 +28,5 @@ def holds_out(parser: argparse.ArgumentParser) -> None:
 
 def load(options: argparse.Namespace) -> tuple[Campaign, Rig]:
     """The campaign as asked for, with its own rig, or with the one that is named instead."""
-    campaign = load_campaign(options.campaign)
-    if options.heldout:
-        campaign = judged_by(campaign, options.heldout)
-    return campaign, load_rig(options.rig or campaign.rig, corrector=campaign.corrector)
+    campaign, rig = load_driven(options.campaign, options.rig or "")
+    return judged_by(campaign, options.heldout) if options.heldout else campaign, rig

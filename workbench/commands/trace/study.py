@@ -19,6 +19,7 @@ from ...plant.effects.declared import effects_for
 from ...records import Campaign, load_campaign
 from ...records.fingerprint import fingerprint
 from ...report import Figure, Page
+from ...rigs.driven import driven, load_driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig, rig_text
 from ..common.design_numbers import Subject
@@ -82,6 +83,7 @@ def trace_campaign(
         campaign = load_campaign(campaign_folder(campaign))
     if not isinstance(rig, Rig):
         rig = load_rig(rig or campaign.rig, corrector=campaign.corrector)
+    campaign = driven(campaign, rig)
     files = [str(Path(file).resolve()) for file in effects]
     library = effects_for(rig, files, without)
     return trace_answer(campaign, rig, library, stage, progress, files, without, several, jobs, learns, over=over)
@@ -172,8 +174,7 @@ def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False, l
 
     `learns`: see trace_campaign.
     """
-    campaign = load_campaign(folder)
-    rig = load_rig(campaign.rig, corrector=campaign.corrector)
+    campaign, rig = load_driven(folder)
     with one_blas_thread():
         library = effects_for(rig, without=removed)
         result = trace(traced_problem(campaign, rig), library, no_checkpoint, lambda _: None, several, learns=learns)

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.signals import DRIVING
 from ...records import Record
 from ..data.white_part import white_part
 
 _REST_ROWS, _REST_TIME = 50, 0.05  # at least, of a stretch at rest
-_STILL = 2e-3  # of full command: a command that moves less stands
+_STILL = 2e-3  # of full command, or of a reference's range: what moves less stands
 _ALIKE = 0.02  # of a command's peak: repeats differ by less
 _MOTION = ("position", "velocity", "force")
 _NOISE = 8.0  # times the white noise: a signal that goes farther moves
@@ -42,8 +43,10 @@ class Roles:
 
 def motion(record: Record, file: str) -> RecordMotion:
     """How a record moves."""
-    command, t = record.signals["command"], record.t
-    moving = np.maximum(np.abs(command - command[0]) / _STILL, _moved(record))
+    name, t = next(name for name in DRIVING if name in record.signals), record.t
+    command = record.signals[name]
+    full = 1.0 if name == "command" else max(float(np.ptp(command)), np.finfo(float).tiny)
+    moving = np.maximum(np.abs(command - command[0]) / full / _STILL, _moved(record))
     still = int(np.argmax(moving > 1.0)) if (moving > 1.0).any() else moving.size
     quiet = still >= _REST_ROWS and t[still - 1] - t[0] >= _REST_TIME
     at_rest = bool(moving.max() < _AT_REST)

@@ -12,8 +12,12 @@ Closed loop: sensor noise that a controller feeds back into its command is in bo
 towards the inverse of the controller. Where the recorded reference drives the input, the ratio of both responses to the
 reference, H = G_yr / G_ur, has no such bias; it is taken wherever reference and input are coherent. Means over periods
 need no help: noise does not repeat. Noise on a measured input (not a command) still lowers a gain.
+
+The noise may also be on the input (H2, one over the response of the input to the output) or on both alike (Hv, between
+the two; Rocklin, Crowley and Vold, IMAC 1985): where the coherence is near 1, the three are one.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +25,9 @@ from scipy.ndimage import maximum_filter1d
 from scipy.special import fdtri
 
 from ...base.errors import InputError, nearest
+from ...base.signals import DRIVING
 from ...records import Record
 
-HELD = ("command", "reference")
 CONFIDENCE = 0.95
 REACH = 7  # lines on each side of a frequency; more would blur the jack's mode in a record of 6 s
 ORDER = 2
@@ -45,6 +49,7 @@ class FrequencyResponse:
 
     radius [k]: the 95 % circle about the response. `instrument` [k] bool: where the reference was the instrument.
     `rows`: of the period that was averaged over, None for local polynomials. `method` and `notes` say what was done.
+    `response` takes all noise to be on the output (H1), `h2` [k] on the input.
     """
 
     record: str
@@ -58,6 +63,12 @@ class FrequencyResponse:
     method: str
     rows: int | None
     notes: tuple[str, ...]
+    h2: np.ndarray
+
+    @property
+    def hv(self) -> np.ndarray:
+        """The response [k] that takes the noise to be on input and output alike."""
+        return between(self.response, self.h2)
 
     @property
     def gain_band(self) -> tuple[np.ndarray, np.ndarray]:
@@ -74,6 +85,11 @@ class FrequencyResponse:
     def holds(self, response: np.ndarray) -> np.ndarray:
         """Whether another response [k] lies inside the circle, [k] bool."""
         return np.abs(response - self.response) <= self.radius
+
+
+def between(h1: np.ndarray, h2: np.ndarray) -> np.ndarray:
+    """Hv [k]: with the phase of H1, and the geometric mean of both gains."""
+    return h1 * np.sqrt(np.abs(h2) / np.maximum(np.abs(h1), _TINY))
 
 
 def measured_response(record: Record, input: str, output: str, period: float | None = None) -> FrequencyResponse:
@@ -107,8 +123,47 @@ def same_estimate(measured: FrequencyResponse, record: Record) -> np.ndarray:
 
 
 def _estimate(even: Record, input: str, output: str, rows: int | None, notes: tuple[str, ...]) -> FrequencyResponse:
-    estimate = _local(even, input, output) if rows is None else _periodic(even, input, output, rows)
-    return FrequencyResponse(even.name, input, output, *estimate, rows=rows, notes=notes)
+    *estimate, h2 = _local(even, input, output) if rows is None else _periodic(even, input, output, rows)
+    return FrequencyResponse(even.name, input, output, *estimate, rows=rows, notes=notes, h2=h2)
+
+
+def averaged(responses: Sequence[FrequencyResponse]) -> FrequencyResponse:
+    """Several records' responses of one pair as one: in each 1/CELLS octave the mean that is surest.
+
+    Raises InputError for responses of different pairs.
+    """
+    if len(responses) == 1:
+        return responses[0]
+    pairs = {(each.input, each.output) for each in responses}
+    if len(pairs) > 1:
+        raise InputError(f"responses of {len(pairs)} pairs of signals; average those of one pair")
+    columns = ("f", "response", "coherence", "radius", "instrument", "h2")
+    f, response, coherence, radius, instrument, h2 = (
+        np.concatenate([getattr(each, name) for each in responses]) for name in columns
+    )
+    cells = np.round(CELLS * np.log2(f)).astype(int)
+    shown, place = np.unique(cells, return_inverse=True)
+    sure = 1 / np.maximum(radius, 1e-6 * np.abs(response)) ** 2
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        whole = np.zeros(shown.size, dtype=values.dtype)
+        np.add.at(whole, place, sure * values)
+        return whole / np.bincount(place, sure)
+
+    joined = "+".join(each.record for each in responses)
+    return FrequencyResponse(
+        joined,
+        *next(iter(pairs)),
+        mean(f),
+        mean(response),
+        mean(coherence),
+        1 / np.sqrt(np.bincount(place, sure)),
+        mean(instrument.astype(float)) > 0.5,
+        f"mean of {len(responses)} records, each by {responses[0].method}",
+        None,
+        tuple(dict.fromkeys(note for each in responses for note in each.notes)),
+        mean(h2),
+    )
 
 
 def evenly(record: Record) -> tuple[Record, tuple[str, ...]]:
@@ -123,7 +178,7 @@ def evenly(record: Record) -> tuple[Record, tuple[str, ...]]:
     t = record.t[0] + record.period * np.arange(count)
     last = np.searchsorted(record.t, t + 1e-6 * record.period, side="right") - 1
     signals = {
-        name: values[last] if name in HELD else np.interp(t, record.t, values)
+        name: values[last] if name in DRIVING else np.interp(t, record.t, values)
         for name, values in record.signals.items()
     }
     how = "commands held, other signals on straight lines"
@@ -170,7 +225,7 @@ def _period_rows(values: np.ndarray) -> int | None:
 
 
 def _periodic(record: Record, input: str, output: str, rows: int) -> tuple:
-    """Means over periods: (f, response, coherence, radius, instrument, method)."""
+    """Means over periods: (f, response, coherence, radius, instrument, method, h2)."""
     whole = record.t.size // rows
     count = whole - 1 if whole > 2 else whole  # the first holds the transient from rest; a scatter needs two
     u, y = (_periods(record.signals[name][record.t.size - rows * count :], rows) for name in (input, output))
@@ -187,7 +242,7 @@ def _periodic(record: Record, input: str, output: str, rows: int) -> tuple:
     power = np.sum(np.abs(u) ** 2, axis=0) * np.sum(np.abs(y) ** 2, axis=0)
     coherence = np.abs(np.sum(y * u.conj(), axis=0)) ** 2 / np.maximum(power, _TINY)
     method = f"means over the last {count} of {whole} periods of {rows * record.period:g} s"
-    return f, response, coherence, radius, np.zeros(f.size, dtype=bool), method
+    return f, response, coherence, radius, np.zeros(f.size, dtype=bool), method, response
 
 
 def _periods(values: np.ndarray, rows: int) -> np.ndarray:
@@ -198,7 +253,7 @@ def _periods(values: np.ndarray, rows: int) -> np.ndarray:
 
 
 def _local(record: Record, input: str, output: str) -> tuple:
-    """Local polynomials: (f, response, coherence, radius, instrument, method)."""
+    """Local polynomials: (f, response, coherence, radius, instrument, method, h2)."""
     spectra = {name: np.fft.rfft(values - values.mean()) for name, values in record.signals.items()}
     u, y = spectra[input], spectra[output]
     lines = _best_lines(np.abs(u), record.t.size * record.period)
@@ -214,7 +269,9 @@ def _local(record: Record, input: str, output: str) -> tuple:
         response, radius = np.where(instrument, ratio, response), np.where(instrument, ratio_radius, radius)
     spacing = 1 / (record.t.size * record.period)
     method = f"local polynomials over {2 * REACH + 1} lines of {spacing:.3g} Hz"
-    return lines * spacing, response, direct.coherence, radius, instrument, method
+    back = _LocalFit(y, lines, u).response
+    h2 = np.where(instrument | (back == 0), response, 1 / np.where(back == 0, 1.0, back))
+    return lines * spacing, response, direct.coherence, radius, instrument, method, h2
 
 
 def _best_lines(size: np.ndarray, seconds: float) -> np.ndarray:

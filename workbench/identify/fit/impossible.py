@@ -6,6 +6,7 @@ from ...base.errors import InputError
 from ...records import Campaign, Record
 from ...records.campaign import WINDOWS
 from ...rigs.rig import Rig
+from .followed import check_followed
 from .windows import WINDOW
 
 _ROWS, _SLOW = 10, 20.0  # of a window at least; times the control period: no recording of a loop is that coarse
@@ -24,6 +25,7 @@ def check_ranges(campaign: Campaign, rig: Rig) -> None:
         _check_command(campaign, record)
         _check_pressures(campaign, record, rig)
         _check_position(campaign, record, rig)
+    check_followed(campaign, rig)
 
 
 def _check_clock(campaign: Campaign, record: Record, rig: Rig) -> None:

@@ -14,6 +14,7 @@ from ...plant.effects.declared import effects_for
 from ...records import Campaign
 from ...records.dated_sessions import DatedSession
 from ...records.fingerprint import fingerprint
+from ...rigs.driven import driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..trace.problem import EstimationProblem, estimation_problem
@@ -102,7 +103,7 @@ def read_sessions(
     kept, evidence, sizes = [], [], []
     for count, session in enumerate(sessions, 1):
         try:
-            campaign = session.load()
+            campaign = driven(session.load(), reader.rig)
             size = _sizes(campaign)
             _check_alike(campaign, reader.rig, size, sizes)
             each = reader.evidence(campaign, f"session {count} of {len(sessions)}: {session.day}")

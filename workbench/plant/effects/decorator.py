@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from inspect import signature
 from typing import Any
 
 from ...base.errors import InputError, nearest
@@ -68,16 +69,16 @@ def effect(
     alike: str = "",
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
-    those of valve on whose rigs alone it is sought, `alike` a family that explains nearly all that it does.
+    those of valve on whose rigs alone it is sought, `alike` a family that explains nearly all that it does. A law that
+    calls what it is given `_` does without, and acts first.
 
     Raises InputError for a name, equation, slot or number that cannot be.
     """
 
     def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        new = Effect(
-            name, formula, equation, source, shows, laws, numbers, states, family=family, kinds=kinds, alike=alike
-        )
+        free = {"kinds": kinds, "alike": alike, "anew": next(iter(signature(law).parameters)) == "_"}
+        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family, **free)
         check(new)
         return new
 

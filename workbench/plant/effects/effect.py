@@ -78,6 +78,7 @@ class Effect:
     all that it does: it is declared, never sought, and named beside that family. `shifts` names a number of the rig to
     which its first number is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of
     its numbers that are 0 where a static curve of many numbers is straight: what tells little of them leaves it so.
+    `anew`: what it passes on does not depend on what it is given, so that it acts before the others in its slot.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Effect:
     alike: str = ""
     shifts: str = ""
     bends: tuple[Mapping[str, float], ...] = ()
+    anew: bool = False
 
     def key(self, name: str) -> str:
         """The name that a number or state of this effect has inside a plant."""

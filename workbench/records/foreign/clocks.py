@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...base.signals import DRIVING
 from ..columns import HELD, LINEAR, beside
 from ..repair import continuous
 from .origin import clock_among
@@ -15,7 +16,6 @@ from .vocabulary import strengths
 
 _SAME = 1e-3  # of a period: clocks that differ by less are one
 _UNEVEN, _MOST_UNEVEN = 0.5, 0.2  # by which an interval differs from the median; share of them of an even clock
-_WRITTEN = ("command", "reference")  # by a drive, which holds them
 CLOCK = Heading("t", "s")
 
 
@@ -189,7 +189,7 @@ def _resampled(
 def _between(heading: Heading, values: np.ndarray, t: np.ndarray) -> tuple[str, str]:
     """How a channel goes between its samples, and why."""
     steps = np.diff(t)
-    if set(strengths(name_of(heading.cell))) & set(_WRITTEN):
+    if set(strengths(name_of(heading.cell))) & set(DRIVING):
         return HELD, " as a drive does"
     if np.mean(np.abs(steps / np.median(steps) - 1) > _UNEVEN) > _MOST_UNEVEN:
         return HELD, " as it is logged on change"

@@ -148,7 +148,7 @@ def compensated_dead_zone(_: _Pair, s: Scope) -> _Pair:
         ),
     ),
 )
-def narrow_passages(openings: _Pair, s: Scope) -> _Pair:
+def narrow_passages(_: _Pair, s: Scope) -> _Pair:
     """o/sqrt(1 + c (o/travel)^2), o the openings of the formula "lap".
 
     A land and the passages from it to the port are two orifices in series: 1/A^2 = 1/A1^2 + 1/A2^2.

@@ -1,0 +1,300 @@
+"""A rig in the loop of its maker: its graph, its records, and what two of their columns say of the loop."""
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete, lfilter
+
+from workbench.base.errors import InputError
+from workbench.cli import main
+from workbench.commands.frequency.config import load
+from workbench.commands.frequency.two_columns import pair_model, run_pairs
+from workbench.commands.new.closed_loop import closed_loop_files
+from workbench.engine import Engine
+from workbench.engine.delay_line import held_commands
+from workbench.identify.data.frequency_response import averaged, between, measured_response
+from workbench.linear import equilibrium, linearise
+from workbench.plant import build
+from workbench.records import Campaign, Record, write_csv
+from workbench.records.excitation import multisine
+from workbench.records.pair import read_pair
+from workbench.rigs.driven import driven, load_driven
+from workbench.rigs.rig import EffectUse, Rig
+from workbench.rigs.rig_file import load_rig, save_rig
+
+SHARED = Path(__file__).parents[2] / "shared"
+LABEL = {"force": 1e5, "stroke": 0.15, "speed": 0.5, "M": 100.0}
+PERIOD, K, DELAY = 2e-3, 30.0, 6e-3
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory) -> Rig:
+    folder = tmp_path_factory.mktemp("closed")
+    for name, text in closed_loop_files(LABEL, "press").items():
+        (folder / name).write_text(text)
+    return load_rig(folder / "rig.toml")
+
+
+def test_a_closed_loop_answers_with_its_speed_gain_and_follows(rig):
+    plant = build(rig)
+    rest = equilibrium(plant)
+    slow = np.array(linearise(plant, rest, ["command"], ["position"]).poles())
+    real = slow[np.abs(slow.imag) < 1]
+    # at null both lands of each side are open: the speed gain is twice that of the passing flow
+    assert np.min(np.abs(real + 2 * rig["loop_gain"] * LABEL["speed"])) < 0.2 * 2 * rig["loop_gain"] * LABEL["speed"]
+    t = np.arange(0, 1.2, 1e-3)
+    u = np.zeros((t.size, len(plant.inputs)))
+    u[:, plant.input("command")] = 5e-3 / rig.inner.full_command
+    end = Engine(plant).run(rest.x, t, u).x[-1]
+    assert end[plant.state("x")] == pytest.approx(5e-3, abs=2e-6)
+
+
+def test_each_part_of_a_loop_is_in_its_graph(rig, tmp_path):
+    text = tmp_path / "rig.toml"
+    save_rig(rig, text)
+    more = {
+        "integral_time": (1, "s"), "derivative_time": (2, "ms"), "feed_forward": (10, "ms"),
+        "pressure_feedback": (1e-9, "1/Pa"), "lag": (1, "ms"),
+    }  # fmt: skip
+    lines = [f'loop_{name} = {{value = {value}, unit = "{unit}"}}' for name, (value, unit) in more.items()]
+    text.write_text(text.read_text().replace("[inner]\n", "[inner]\n" + "\n".join(lines) + "\n"))
+    full = load_rig(text)
+    plant, plain = build(full), build(rig)
+    assert {s.name for s in plant.states} - {s.name for s in plain.states} == {
+        "loop_integral", "loop_reference", "loop_output"
+    }  # fmt: skip
+    assert plant.delay == plain.delay == "loop_delay"
+    again = tmp_path / "again.toml"
+    save_rig(full, again)
+    assert load_rig(again) == full
+    x, u = equilibrium(plant).x, np.zeros(len(plant.inputs))
+    moved = {name: x.copy() for name in ("x", "v", "P1", "loop_integral", "loop_reference")}
+    for name, by in (("x", 1e-3), ("v", 0.1), ("P1", 1e6), ("loop_integral", 0.01), ("loop_reference", 1e-3)):
+        moved[name][plant.state(name)] += by
+
+    def output(state: np.ndarray) -> float:
+        """What the lag of the loop is asked, which is the valve's command."""
+        rate = float(plant.f(state, u, plant.p)[plant.state("loop_output")])
+        return rate * full["loop_lag"] + state[plant.state("loop_output")]
+
+    gain, base = full["loop_gain"], output(x)
+    asked = {name: output(state) - base for name, state in moved.items()}
+    assert asked["x"] == pytest.approx(-gain * 1e-3, rel=1e-6)
+    assert asked["v"] == pytest.approx(-gain * 2e-3 * 0.1, rel=1e-6)
+    assert asked["P1"] == pytest.approx(-1e-9 * 1e6, rel=1e-3)
+    assert asked["loop_integral"] == pytest.approx(0.01, rel=1e-6)
+    assert asked["loop_reference"] == pytest.approx(-gain * 10e-3 * 1e-3 / 2e-3, rel=1e-6)
+
+
+def test_a_dead_band_and_unequal_gains_act_in_either_order(rig):
+    uses = (EffectUse("main.asymmetry", "direction", {}), EffectUse("main.deadband", "lap", {}))
+    both = [build(Rig(**{**vars(rig), "effects": order})) for order in (uses, uses[::-1])]
+    x, u = equilibrium(build(rig)).x, np.zeros(len(both[0].inputs))
+    x[both[0].state("z3")] = 0.3e-3
+    rates = [np.array(p.f(x, u, p.parameter_values(**{"main.asymmetry.a": 0.2}))).ravel() for p in both]
+    assert rates[0] == pytest.approx(rates[1], rel=1e-12)
+    plain = np.array(both[0].f(x, u, both[0].parameter_values(**{"main.asymmetry.a": 0.0}))).ravel()
+    assert rates[0][both[0].state("P1")] > 1.1 * plain[both[0].state("P1")]
+
+
+@cache
+def played(rig_of: Callable[[], Rig]) -> Record:
+    """Ten seconds of the loop, as its maker's controller logs them."""
+    own = rig_of()
+    plant = build(own)
+    t = np.arange(0, 10, PERIOD)
+    reference = 3e-3 * multisine(1.0, 5.0, PERIOD, (0.2, 12.0), 40)
+    reference = np.tile(reference / np.abs(reference).max(), 2)[: t.size] * 3e-3
+    late = held_commands(np.append(t, t[-1] + PERIOD), reference / own.inner.full_command, plant.lateness())
+    u = np.zeros((t.size, len(plant.inputs)))
+    u[:, plant.input("command")] = late.mean
+    x = Engine(plant).run(equilibrium(plant).x, t, u).x
+    noise = 5e-6 * np.random.default_rng(3).standard_normal(t.size)
+    position = plant.observe(x, u)[:, plant.output("position")] + noise
+    return Record("played", t, {"reference": reference, "position": position})
+
+
+def campaign(
+    folder: Path, own: Rig, record: Record, change: Callable[[dict[str, np.ndarray]], None] | None = None
+) -> Path:
+    folder.mkdir()
+    save_rig(own, folder / "rig.toml")
+    (folder / "campaign.toml").write_text(
+        'rig = "rig.toml"\n[records]\ntrain = [{file = "a.csv", to = 6.0}]\nheldout = [{file = "a.csv", from = 6.0}]\n'
+    )
+    signals = {name: values.copy() for name, values in record.signals.items()}
+    if change:
+        change(signals)
+    write_csv(Record("a", record.t, signals), folder / "a.csv")
+    return folder
+
+
+def test_gain_and_delay_of_a_loop_are_found_from_reference_and_position(rig, tmp_path, monkeypatch):
+    true = rig.with_values(loop_gain=75.0, loop_delay=7e-3, z0=0.004)
+    folder = campaign(tmp_path / "c", rig, played(lambda: true))
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", str(folder), "--out", "f", "--starts", "1"]) == 0
+    found = json.loads(Path("f/metrics.json").read_text())
+    for name, value in (("loop_gain [1/m]", 75.0), ("loop_delay [s]", 7e-3), ("z0 [1]", 0.004)):
+        best, low, high = found["parameters"][name]
+        assert low - 0.5 * (high - low) <= value <= high + 0.5 * (high - low), (name, best, low, high)
+    assert found["chi2"]["heldout"] < 1.1
+
+
+def _swapped(s: dict[str, np.ndarray]) -> None:
+    s["reference"], s["position"] = s["position"], s["reference"]
+
+
+def _late(s: dict[str, np.ndarray]) -> None:
+    s["reference"] = np.roll(s["reference"], 60)
+
+
+def _times(name: str, factor: float) -> Callable[[dict[str, np.ndarray]], None]:
+    def change(s: dict[str, np.ndarray]) -> None:
+        s[name] = factor * s[name]
+
+    return change
+
+
+def _off(s: dict[str, np.ndarray]) -> None:
+    s["position"][1000:2000] = s["position"][1000]
+
+
+def _driving(s: dict[str, np.ndarray]) -> None:
+    s["force"] = -3e4 * np.gradient(s["position"], PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_swapped, r"position leads reference by .* ms.*exchange their columns"),
+        (_late, r"position leads reference by .* ms.*logged late"),
+        (_times("position", 10.0), r"position is (9|10)[.0-9]* times what reference asks for; give both their units"),
+        (_times("position", -1.0), r"position goes against reference; give one of them scale = -1"),
+        (_times("reference", 1e3), r"reference reaches 3000 mm, and full_command of \[inner\] is 75 mm"),
+        (_off, r"position rests from 2 to [34].* s while reference moves: the loop was off"),
+        (_driving, r"force drives the jack .*scale = -1 under \[signals\]"),
+    ],
+)
+def test_records_that_are_no_closed_loop_are_refused_in_one_line(rig, tmp_path, capsys, change, words):
+    folder = campaign(tmp_path / "c", rig, played(lambda: rig), change)
+    assert main(["residual", str(folder), "--out", str(tmp_path / "r")]) == 2
+    line = capsys.readouterr().err.strip().splitlines()[-1]
+    assert re.search(words, line), line
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_rig_without_an_inner_loop_says_what_to_do_with_a_reference_alone(rig, tmp_path):
+    folder = campaign(tmp_path / "c", load_rig("jack-10t"), played(lambda: rig))
+    with pytest.raises(InputError, match=r"no command, the input of rig jack-10t; .*\[inner\].*--ask closed-loop"):
+        load_driven(folder)
+
+
+def test_a_measured_load_is_an_input(rig):
+    record = played(lambda: rig)
+    force = 1e3 * np.ones(record.t.size)
+    whole = Campaign(Path(), "x", (), (Record("a", record.t, {**record.signals, "force": force}),), ())
+    own = driven(whole, rig).train[0]
+    assert "force" not in own.signals
+    assert own.signals["disturbance"] == pytest.approx(force)
+    assert own.signals["command"] == pytest.approx(record.signals["reference"] / rig.inner.full_command)
+
+
+def test_every_experiment_of_the_starter_folder_runs(rig, tmp_path, monkeypatch):
+    for name, text in closed_loop_files(LABEL, "press").items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    commands = {
+        "step": "run", "specimen": "bench", "inverse": "inverse", "hybrid": "inverse", "learn": "learn", "sines": "sines",
+    }  # fmt: skip
+    for name, command in commands.items():
+        assert main([command, f"{name}.toml", "--out", name]) == 0, name
+    rows = json.loads(Path("step/metrics.json").read_text())["rows"]
+    assert rows[0]["stable"]
+    assert abs(rows[0]["steady_state_error"]) < 1e-3
+    rows = json.loads(Path("inverse/metrics.json").read_text())["rows"]
+    assert rows[0]["error_rms_inverse"] < 0.3 * rows[0]["error_rms"]
+
+
+# two columns of any recording
+
+
+def recording(path: Path, seed: int) -> Path:
+    """A loop of one speed gain and a delay, asked for noise of 0 to 20 Hz, with a header of its own."""
+    random = np.random.default_rng(seed)
+    t = np.arange(0, 40, PERIOD)
+    smooth = np.convolve(random.standard_normal(t.size), np.ones(10) / 10, mode="same")
+    b, a, _ = cont2discrete(([K], [1.0, K]), PERIOD)
+    y = lfilter(b.ravel(), a, np.concatenate((np.zeros(3), smooth[:-3])))
+    y += 0.003 * random.standard_normal(t.size)
+    lines = [f"{k:.3f},{u:.6f},{v:.6f}" for k, u, v in zip(t, smooth, y, strict=True)]
+    path.write_text("Time (s),Set point (mm),Actual (mm)\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def test_two_columns_give_gain_delay_and_a_plant(tmp_path, monkeypatch):
+    files = [recording(tmp_path / f"{name}.csv", seed) for seed, name in enumerate("ab")]
+    task = load(files, ("Set point", "Actual"))
+    assert task.pairs[0].units == ("mm", "mm")
+    outcome = run_pairs(task, True, lambda _, compute: compute(), lambda _: None)
+    model = outcome.metrics["model"]
+    assert len(model["denominator"]) == 2
+    assert model["denominator"][1] / model["denominator"][0] == pytest.approx(K, rel=0.03)
+    assert outcome.metrics["delay_s"] == pytest.approx(DELAY + PERIOD / 2, abs=0.5e-3)
+    monkeypatch.chdir(tmp_path)
+    Path("plant.toml").write_text(outcome.files["plant.toml"])
+    plant = load_rig("plant.toml")
+    assert plant.full_command == pytest.approx(max(np.abs(p.record.signals["Set point"]).max() for p in task.pairs))
+    assert plant.numbers["delay"].value == outcome.metrics["delay_s"]
+
+
+def test_noise_on_either_side_is_between_h1_and_h2(tmp_path):
+    random, n = np.random.default_rng(5), 40_000
+    u = np.convolve(random.standard_normal(n), np.ones(5) / 5, mode="same")
+    noisy = Record("n", np.arange(n) * 1e-3, {"in": u + 0.2 * random.standard_normal(n), "out": 2 * u})
+    found = measured_response(noisy, "in", "out")
+    low = found.f < 50
+    h1, hv, h2 = (np.median(np.abs(each[low])) for each in (found.response, found.hv, found.h2))
+    assert h1 < hv < h2
+    assert h2 == pytest.approx(2.0, rel=0.02)
+    assert found.hv == pytest.approx(between(found.response, found.h2))
+
+
+def test_records_are_averaged_to_a_narrower_band(tmp_path):
+    pairs = [read_pair(recording(tmp_path / f"{seed}.csv", seed), "Set point", "Actual") for seed in range(4)]
+    single = [measured_response(p.record, "Set point", "Actual") for p in pairs]
+    whole = averaged(single)
+    both = np.isin(np.round(24 * np.log2(single[0].f)), np.round(24 * np.log2(whole.f)))
+    assert np.median(whole.radius) < 0.7 * np.median(single[0].radius[both])
+    truth = np.exp(-2j * np.pi * whole.f * (DELAY + PERIOD / 2)) * K / (2j * np.pi * whole.f + K)
+    low = whole.f < 20
+    assert np.median(np.abs(whole.response - truth)[low] / np.abs(truth[low])) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (("Set pont", "Actual"), r'"Set pont" is no column; did you mean "Set point"'),
+        (("Time", "Nothing"), r'"Nothing" is no column'),
+    ],
+)
+def test_a_column_that_is_not_there_is_named(tmp_path, columns, words):
+    with pytest.raises(InputError, match=words):
+        load(recording(tmp_path / "a.csv", 0), columns)
+
+
+@pytest.mark.skipif(not (SHARED / "data" / "mts_press").exists(), reason="the recordings of the press are not here")
+def test_the_press_is_a_speed_gain_and_a_delay():
+    folder = SHARED / "data" / "mts_press"
+    task = load([folder / "chirp0A.csv.gz", folder / "chirp1A.csv.gz"], ("reference", "position"))
+    found = pair_model([measured_response(p.record, p.input, p.output) for p in task.pairs])
+    numerator, denominator = found.fit.numerator, found.fit.denominator
+    assert len(denominator) == 2
+    assert denominator[1] / denominator[0] == pytest.approx(45.3, abs=1.0)  # ../shared/data/README.md
+    assert found.fit.delay == pytest.approx(4.5e-3, abs=0.5e-3)
+    assert numerator[0] / denominator[1] == pytest.approx(1.0, abs=0.01)

@@ -1,0 +1,60 @@
+"""A campaign with the rig that its records drive: which recorded signal is the rig's command."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.signals import SIGNALS
+from ..records import Campaign, Record, load_campaign
+from ..records.campaign import ROLES
+from .load import MEASURED
+from .rig import Rig
+from .rig_file import load_rig
+
+
+def load_driven(folder: str | Path, rig: str | Path = "") -> tuple[Campaign, Rig]:
+    """A campaign, and its rig or another one, with what drives that rig as the command. Raises InputError."""
+    campaign = load_campaign(folder)
+    own = load_rig(rig or campaign.rig, corrector=campaign.corrector)
+    return driven(campaign, own), own
+
+
+def driven(campaign: Campaign, rig: Rig) -> Campaign:
+    """The campaign with the reference of the rig's inner loop, over its full command, as the command; as it is for a
+    rig without one.
+
+    Raises InputError for a record that lacks what drives the rig, or goes beyond what that can be.
+    """
+    parts = {role: tuple(_driven(record, rig) for record in getattr(campaign, role)) for role in ROLES}
+    return replace(campaign, **parts)
+
+
+def _driven(record: Record, rig: Rig) -> Record:
+    if rig.load == MEASURED and "force" in record.signals:
+        record = replace(record, signals=_force_in(record.signals), valid=_force_in(record.valid))
+    loop = rig.inner
+    name = loop.reference if loop else "command"
+    if name not in record.signals:
+        why = f"which the inner loop of rig {rig.name} follows" if loop else f"the input of rig {rig.name}"
+        other = "add its column or map it in [signals]"
+        if not loop and "reference" in record.signals:
+            other = "where a controller of somebody else made it from the reference, describe that loop under [inner] "
+            other += 'of the rig file ("jackbench new DIR --ask closed-loop" writes one)'
+        raise InputError(f"record {record.name}: no {name}, {why}; {other}")
+    if loop is None:
+        return record
+    signal, peak = SIGNALS[name], float(np.abs(record.signals[name]).max())
+    if peak > loop.full_command:
+        where = f"record {record.name}: {name} reaches {signal.text(peak)}"
+        hint = f"give its unit under [signals.{name}], or a larger full_command"
+        raise InputError(f"{where}, and full_command of [inner] is {signal.text(loop.full_command)}; {hint}")
+    signals = {**record.signals, "command": record.signals[name] / loop.full_command}
+    return replace(record, signals=signals, valid={**record.valid, "command": record.valid[name]})
+
+
+def _force_in(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns by signal, the load cell's as the force that acts on the moving mass."""
+    return {"disturbance" if name == "force" else name: column for name, column in columns.items()}
