@@ -100,9 +100,9 @@ def _rig_file() -> str:
             for part in (f'Further numbers with `kind = "{kind}"`:', spec_table(specs))
         ),
         "## `[inner]`",
-        "The loop of a controller that is there already, where there is one, see [](../how/closed_loop.md). `controls` is "
-        f"{_or((POSITION, FORCE))}, `full_command` the reference at command 1. Of a loop of position; one of force has "
-        "1/N in the place of 1/m. Only the first number must be there:",
+        "The loop of a controller that is there already, where there is one, see [](../how/closed_loop.md). `controls` "
+        f"is {_or((POSITION, FORCE))}, `full_command` the reference at command 1. These are of a loop of position; one "
+        "of force has 1/N in the place of 1/m. Only the first number must be there:",
         spec_table(inner_specs(POSITION)),
         "## `[limits]`",
         spec_table(schema.LIMITS),

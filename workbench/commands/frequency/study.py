@@ -34,26 +34,27 @@ BENCHES: Mapping[str, Callable[[Rig], Plant]] = {"command": build_valve_bench, "
 
 def run_frequency(task: FrequencyTask, stage: Stage, progress: Progress) -> Outcome:
     """Measured and model responses of every record and sheet, with coherence and 95 % bands."""
-    comparisons = []
+    rig, comparisons = task.rig, []
+    assert rig is not None
     if task.campaign is not None:
-        plant, floor = build(task.rig), noise_floor(task.campaign)
+        plant, floor = build(rig), noise_floor(task.campaign)
         for record in task.records:
             progress(f"{record.name}: {task.pair[1]} over {task.pair[0]}")
             measured = measured_response(record, *task.pair, task.period)
             compute = partial(_predicted, plant, record, floor, measured)
             model = stage(f"model-{record.name.replace('/', '-')}", compute)["response"]
-            comparisons.append(_of_record(task.rig, record, measured, np.asarray(model)))
+            comparisons.append(_of_record(rig, record, measured, np.asarray(model)))
     for sheet in task.sheets:
         progress(f"{sheet.name}: stepped sine")
-        model = stage(f"sheet-{sheet.name}", partial(_sine, task.rig, sheet))["response"]
+        model = stage(f"sheet-{sheet.name}", partial(_sine, rig, sheet))["response"]
         comparisons.append(_of_sheet(sheet, np.asarray(model)))
     tables = {f"response-{comparison.name.replace('/', '-')}": columns(comparison) for comparison in comparisons}
     metrics = {"rows": [row for comparison in comparisons for row in rows(comparison)]}
 
     def draw() -> tuple[Page, Figure]:
-        return page(task.source, task.rig.name, comparisons), figure(comparisons[0])
+        return page(task.source, rig.name, comparisons), figure(comparisons[0])
 
-    return Outcome(metrics, draw, tables, {}, Subject(task.rig))
+    return Outcome(metrics, draw, tables, {}, Subject(rig))
 
 
 def _predicted(plant: Plant, record: Record, floor: NoiseFloor, measured: FrequencyResponse) -> dict[str, np.ndarray]:
