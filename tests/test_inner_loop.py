@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+import workbench as wb
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
@@ -148,6 +149,10 @@ def test_gain_and_delay_of_a_loop_are_found_from_reference_and_position(rig, tmp
         best, low, high = found["parameters"][name]
         assert low - 0.5 * (high - low) <= value <= high + 0.5 * (high - low), (name, best, low, high)
     assert found["chi2"]["heldout"] < 1.1
+    shares = found["shares"]
+    assert shares["left"] == pytest.approx(shares["noise"], rel=0.1)
+    assert shares["load"] is None
+    assert shares["moves"] > 0.5
 
 
 def _swapped(s: dict[str, np.ndarray]) -> None:
@@ -262,6 +267,20 @@ def test_two_columns_give_gain_delay_and_a_plant(tmp_path, monkeypatch):
     assert isinstance(plant, LinearRig)
     assert plant.full_command == pytest.approx(max(np.abs(p.record.signals["Set point"]).max() for p in task.pairs))
     assert plant.numbers["delay"].value == outcome.metrics["delay_s"]
+
+
+def test_in_python_it_is_an_object_with_its_plant(tmp_path):
+    answer = wb.frequency_response(recording(tmp_path / "a.csv", 2), "Set point", "Actual")
+    assert answer.response.gain_band[0].shape == answer.response.f.shape
+    assert answer.plant.numbers["delay"].value == pytest.approx(DELAY + PERIOD / 2, abs=1e-3)
+    noise = np.random.default_rng(0).standard_normal((2, 400))
+    text = "\n".join(f"{PERIOD * k:.3f},{a:.6f},{b:.6f}" for k, (a, b) in enumerate(noise.T))
+    (tmp_path / "b.csv").write_text(f"t [s],a [1],b [1]\n{text}\n")
+    none = wb.frequency_response(tmp_path / "b.csv", "a", "b")
+    assert none.model is None
+    assert "No model" in repr(none)
+    with pytest.raises(InputError, match="bear no model"):
+        _ = none.plant
 
 
 def test_noise_on_either_side_is_between_h1_and_h2(tmp_path):

@@ -8,7 +8,7 @@
     loop.step("10 mm").plot()
 
 loops        ClosedLoop, tune, benchmark, robustness, faults, sines, inverse; SCENARIOS, RIG_SET
-campaigns    trace, fit, residual, plan, load_campaign, read_record
+campaigns    trace, fit, residual, plan, load_campaign, read_record; frequency_response, of any two columns
 experiments  run, what the commands compute that take an experiment; retune, on a rig as found
 commands     every other command of the command line: limit, capability, watch, commission, excite, record, fmu, ...
 rigs         load_rig, save_rig, Rig, variation, with_delay; linear_plant, of a python-control system; trust

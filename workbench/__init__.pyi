@@ -49,6 +49,7 @@ from .notebook.judgements import faults as faults, inverse as inverse, robustnes
 from .notebook.search import tune as tune
 from .notebook.studies import (
     fit as fit,
+    frequency_response as frequency_response,
     plan as plan,
     residual as residual,
     retune as retune,

@@ -1,5 +1,6 @@
 """Experiments and campaigns: what the commands compute, without a folder being left."""
 
+from collections.abc import Sequence
 from inspect import signature
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from ..commands.common.outcome import Outcome
 from ..commands.common.shipped import campaign as campaign_folder, experiment as experiment_file
 from ..commands.fit.options import STARTS
 from ..commands.fit.study import FitAnswer, fit_campaign
+from ..commands.frequency.config import load
+from ..commands.frequency.two_columns import PairAnswer, pair_answer
 from ..commands.plan.study import run_plan
 from ..commands.residual.study import run_residual
 from ..commands.retune.config import load_retune
@@ -20,7 +23,7 @@ from ..rigs.rig import Rig
 from ..rigs.rig_file import load_rig
 from . import commands
 
-__all__ = ["fit", "plan", "residual", "retune", "run", "trace"]
+__all__ = ["fit", "frequency_response", "plan", "residual", "retune", "run", "trace"]
 
 
 def run(experiment: str | Path, rig: str | None = None, jobs: int = 1) -> Outcome:
@@ -70,6 +73,35 @@ def plan(campaign: Campaign | str | Path, rig: Rig | str | None = None) -> Outco
         For records or a rig that cannot be read, and for records that are not of this rig.
     """
     return run_plan(*_loaded(campaign, rig), no_checkpoint, _quiet)
+
+
+def frequency_response(
+    recordings: str | Path | Sequence[str | Path], input: str, output: str, period: float | None = None
+) -> PairAnswer:
+    """How one column of recordings answers another, whatever they are: `jackbench frequency` without a rig.
+
+    Parameters
+    ----------
+    recordings
+        A file of any kind that `jackbench import` reads, or several, which are averaged.
+    input
+        Column that goes in, with or without its unit.
+    output
+        Column that comes out.
+    period
+        Length of one period [s] of periodic recordings; found in them without.
+
+    Returns
+    -------
+    `response` [k] at `f` [k] Hz with its band, the `model` with its delay, and `plant`, that as a linear plant.
+
+    Raises
+    ------
+    InputError
+        For files without these columns or a clock, and for a column that never moves.
+    """
+    files = [recordings] if isinstance(recordings, str | Path) else list(recordings)
+    return pair_answer(load(files, (input, output), period=period), _quiet)
 
 
 def retune(

@@ -18,6 +18,7 @@ from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
+from .shares import shares_sentence
 
 STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
 _MOST = 10  # pairs listed
@@ -148,6 +149,7 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
         said += " Something that the model lacks may have pushed it there." if missing else ""
     if pushed or missing:
         said += pinned_sentence(problem.rig)
+    said += shares_sentence(metrics["shares"]) if "shares" in metrics else ""
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
     together = [" with ".join((", ".join(names[:-1]), names[-1])) for names in groups(metrics["correlations"])]

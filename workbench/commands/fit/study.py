@@ -25,6 +25,7 @@ from ..common.error_page import record_tables
 from ..common.outcome import Answer, Outcome, Progress, Stage
 from ..common.sessions import sessions, sessions_json
 from .page import fit_page
+from .shares import shares
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,6 +81,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
         "pinned": pinned(rig),
         "sessions": sessions_json(differences),
+        **({"shares": shares(problem, model_fit, heldout.x0)} if rig.inner else {}),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }

@@ -50,7 +50,7 @@ def load(
     `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
     """
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
-    recordings = [path.is_file() and path.suffix != ".toml" for path in files]
+    recordings = [not path.is_dir() and path.suffix != ".toml" for path in files]
     if all(recordings) and rig is None:
         pairs = tuple(read_pair(path, *pair) for path in files)
         if len({each.units for each in pairs}) > 1:

@@ -158,7 +158,7 @@ def _verdict(rig: str, comparisons: Sequence[Comparison]) -> str:
     for comparison in comparisons:
         far = _furthest(comparison)
         if not np.isfinite(comparison.model).any():
-            parts.append(f"{comparison.name}: the model of {rig} fails")
+            parts += [] if comparison.units else [f"{comparison.name}: the model of {rig} fails"]
             continue
         if far is None:
             wide = "the 95 % band is nowhere narrower than half of the response"
@@ -170,4 +170,4 @@ def _verdict(rig: str, comparisons: Sequence[Comparison]) -> str:
             else f"inside the 95 % band at {_inside(comparison)} of {comparison.f.size} frequencies, "
         )
         parts.append(f"{comparison.name}: the model is {inside}furthest off by {far[0]:.2g} dB at {far[1]:.3g} Hz")
-    return "; ".join(parts) + "."
+    return "; ".join(parts) + "." * bool(parts)

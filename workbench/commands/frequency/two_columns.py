@@ -1,17 +1,22 @@
 """Frequency response of two recorded columns, whatever they are, and the linear plant that is fitted to it."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ...base.errors import InputError
+from ...base.table import ConfigTable
 from ...base.toml_text import toml_text
 from ...identify.data.frequency_response import FrequencyResponse, averaged, measured_response
 from ...records.rational_fit import FitOrder, RationalFit, fit_judged, fit_rational
 from ...report import Figure, Page
+from ...rigs.linear_file import read_linear_rig
+from ...rigs.linear_rig import LinearRig
 from ...rigs.linear_signals import measured_as
-from ..common.outcome import Outcome, Progress, Stage
+from ..common.outcome import Answer, Outcome, Progress, Stage
 from .config import FrequencyTask
 from .page import Comparison, columns, figure, page, rows
 
@@ -74,48 +79,90 @@ def _joined(parts: Sequence[_Lines]) -> _Lines:
     return f[order], response[order], radius[order]
 
 
+@dataclass(frozen=True, repr=False)
+class PairAnswer(Answer):
+    """A measured `response`, the `model` near it (None where the recordings bear none), and the report on both."""
+
+    response: FrequencyResponse
+    model: PairModel | None
+    outcome: Outcome
+
+    @property
+    def plant(self) -> LinearRig:
+        """The model as a linear plant, in the place of a rig. Raises InputError where there is none."""
+        if self.model is None:
+            raise InputError(f"{self.response.record}: the recordings bear no model; record more")
+        document = tomllib.loads(str(self.outcome.files[PLANT]))
+        return read_linear_rig(ConfigTable(document, PLANT), self.response.record)
+
+    def __repr__(self) -> str:
+        return repr(self.outcome)
+
+    def _repr_html_(self) -> str:
+        return self.outcome._repr_html_()
+
+
 def run_pairs(task: FrequencyTask, leaves: bool, stage: Stage, progress: Progress) -> Outcome:
-    """The response of the pair over all recordings, with a model of a transfer function and a delay beside it, which is
-    left as a linear plant where one is asked for."""
+    """The outcome of `pair_answer`; its plant is left, and has to be, where one is asked for."""
+    answer = pair_answer(task, progress)
+    if leaves:
+        _ = answer.plant
+    return answer.outcome if leaves else replace(answer.outcome, files={})
+
+
+def pair_answer(task: FrequencyTask, progress: Progress) -> PairAnswer:
+    """The response of the pair over all recordings, with a model of a transfer function and a delay beside it."""
     responses = []
     for pair in task.pairs:
         progress(f"{pair.record.name}: {pair.output} over {pair.input}")
         responses.append(measured_response(pair.record, pair.input, pair.output, task.period))
     progress("model")
-    model, whole = pair_model(responses), averaged(responses)
-    late = np.exp(2j * np.pi * whole.f * model.fit.delay)
-    comparison = Comparison(
-        whole.record,
-        task.pair,
-        whole.f,
-        whole.response,
-        np.where(whole.f <= model.fit.f.max() * (1 + 1e-9), replace(model.fit, f=whole.f).fitted, np.nan),
-        whole.method,
-        whole.coherence,
-        whole.radius,
-        {"measured, delay taken out": whole.response * late},
-        whole.notes,
-        whole.h2,
-        task.pairs[0].units,
-    )
-    said = _said(task, model)
-    metrics = {
-        "rows": rows(comparison),
-        "delay_s": model.fit.delay,
-        "model": {
-            "numerator": model.fit.numerator.tolist(),
-            "denominator": model.fit.denominator.tolist(),
-            "error_percent": 100 * model.fit.error,
+    whole = averaged(responses)
+    try:
+        model, said = pair_model(responses), ""
+    except InputError as error:
+        model, said = None, f"No model: {error}. "
+    comparison = _comparison(task, whole, model)
+    metrics: dict[str, Any] = {"rows": rows(comparison), "delay_s": None, "model": None}
+    if model is not None:
+        said, fit = _said(task, model), model.fit
+        metrics["delay_s"] = fit.delay
+        metrics["model"] = {
+            "numerator": fit.numerator.tolist(),
+            "denominator": fit.denominator.tolist(),
+            "error_percent": 100 * fit.error,
             "misfit": model.misfit,
             "judged_by": model.judged,
-        },
-    }
+        }
 
     def draw() -> tuple[Page, Figure]:
         return page(task.source, "a transfer function", [comparison], said), figure(comparison)
 
-    files = {PLANT: plant_text(task, model)} if leaves else {}
-    return Outcome(metrics, draw, {"response": columns(comparison)}, files)
+    files = {} if model is None else {PLANT: plant_text(task, model)}
+    return PairAnswer(whole, model, Outcome(metrics, draw, {"response": columns(comparison)}, files))
+
+
+def _comparison(task: FrequencyTask, whole: FrequencyResponse, model: PairModel | None) -> Comparison:
+    """The response beside its model, which says nothing above what it was fitted to."""
+    fitted, later = np.full(whole.f.size, complex(np.nan, np.nan)), {}
+    if model is not None:
+        near = whole.f <= model.fit.f.max() * (1 + 1e-9)
+        fitted = np.where(near, replace(model.fit, f=whole.f).fitted, np.nan)
+        later = {"measured, delay taken out": whole.response * np.exp(2j * np.pi * whole.f * model.fit.delay)}
+    return Comparison(
+        whole.record,
+        task.pair,
+        whole.f,
+        whole.response,
+        fitted,
+        whole.method,
+        whole.coherence,
+        whole.radius,
+        later,
+        whole.notes,
+        whole.h2,
+        task.pairs[0].units,
+    )
 
 
 def _said(task: FrequencyTask, model: PairModel) -> str:

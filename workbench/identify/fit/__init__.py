@@ -10,7 +10,7 @@ carried_noise       noise of measured inputs, as it comes out of a model
 predict, repeats    what a model predicts of a record, in windows or free
 sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions
 mistaken, mistakes  columns that are not what they are called; what may have happened, and how to undo it
-impossible          what no recording of a rig has
+impossible, followed    what no recording of a rig has; what no closed loop does
 late, unfelt        signals that another logger recorded later; a force that nothing on the rig makes
 rehearsal           a few windows fitted, to see what a mistake that is undone would bring
 unexplained         whether a fitted rig follows its records at all
