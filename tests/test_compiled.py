@@ -392,6 +392,8 @@ def test_without_llvmlite_the_reason_is_given(monkeypatch) -> None:
         ("rigs", "casadi"),
         ("engine", "llvmlite scipy.stats scipy.signal control matplotlib pyarrow"),
         ("linear", "llvmlite scipy.stats scipy.signal control matplotlib pyarrow"),
+        ("commands.fit.study", "scipy.stats scipy.signal control matplotlib"),
+        ("commands.trace.study", "scipy.stats scipy.signal control matplotlib"),
     ],
 )
 def test_a_room_imports_no_more_than_it_needs(room: str, heavy: str) -> None:

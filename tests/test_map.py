@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,14 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = sorted(
     path.parent for package in ("workbench", "controllers", "envs") for path in (ROOT / package).rglob("__init__.py")
 )
-TREES = {path: ast.parse(path.read_text("utf-8")) for folder in FOLDERS for path in folder.glob("*.py")}
 SHELVES = {"controllers", "library"}  # folders whose files `jackbench list` lists: a new one is in them by being there
 OF_A_COMMAND = {"options", "config", "study", "page"}  # which workbench/commands/__init__.py explains once for all
 TOP = ("workbench", "controllers", "envs", "experiments", "docs", "tests")
+
+
+@cache
+def trees() -> list[ast.Module]:
+    return [ast.parse(path.read_text("utf-8")) for folder in FOLDERS for path in folder.glob("*.py")]
 
 
 def plain(word: str) -> str:
@@ -62,15 +67,13 @@ def test_contributing_answers_ten_questions_by_a_path_each():
 
 
 def test_a_class_name_means_one_thing():
-    classes = (node for tree in TREES.values() for node in tree.body if isinstance(node, ast.ClassDef))
+    classes = (node for tree in trees() for node in tree.body if isinstance(node, ast.ClassDef))
     names = Counter(node.name for node in classes if not node.name.startswith("_"))
     assert not {name for name, count in names.items() if count > 1}
 
 
 def test_a_docstring_begins_with_what_it_speaks_of_and_names_its_errors():
-    bodies = (
-        node for tree in TREES.values() for node in ast.walk(tree) if isinstance(node, (ast.ClassDef, ast.FunctionDef))
-    )
+    bodies = (node for tree in trees() for node in ast.walk(tree) if isinstance(node, (ast.ClassDef, ast.FunctionDef)))
     texts = [ast.get_docstring(node) or "" for node in bodies]
     assert not [text for text in texts if re.match(r"(Of|The same|Where|As)\b", text)]
     assert not [text for text in texts if re.search(r"raises as\b", text, re.IGNORECASE)]  # an error has its name

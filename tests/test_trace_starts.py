@@ -10,7 +10,7 @@ from made_campaigns import PERIOD, SIGMA, campaign, commands, made, rubbing, rub
 
 from workbench.base.process_pool import one_blas_thread
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.identify.fit.free_parameters import Candidate, at_strength
+from workbench.identify.fit.free_parameters import Candidate, at_strength, extend_parameters
 from workbench.identify.trace import refit as refitting
 from workbench.identify.trace.context import TraceContext, trace_context
 from workbench.identify.trace.findings import CandidateFit
@@ -154,6 +154,23 @@ def test_a_refit_that_overshot_and_took_the_effect_away_begins_anew_where_it_is_
     assert begun == [200.0, at_strength(FRICTION, 0.1)["Fc"]]
     assert found.known[-1].start["Fc"] == begun[1]
     assert found.fit.p[model.parameters.index("jack.friction.Fc")] == pytest.approx(60.0, rel=0.1)
+
+
+def test_an_effect_that_only_harms_where_it_is_faint_is_not_fitted_there(monkeypatch):
+    problem, alone = fitted()
+    model, begun, off = problem.model((FRICTION,)), [], {"jack.friction.Fc": 0.0}
+
+    def to_nothing(problem, before, model, candidates):
+        begun.append(candidates[0].start["Fc"])
+        p = model.plant.parameter_values(extend_parameters(before.model.plant, before.fit.p, model.plant), **off)
+        return replace(before.fit, free=(*before.fit.free, *candidates[0].free()), x=np.append(before.fit.x, 0.0), p=p)
+
+    monkeypatch.setattr(refitting, "_fitted", to_nothing)
+    monkeypatch.setattr(Follower, "best", lambda self, shares: (self.start(shares[-1], steps=0), False))
+    with one_blas_thread():
+        found = refit(problem, alone, Candidate(FRICTION, {"Fc": 200.0}))
+    assert begun == [200.0]
+    assert found.fit.p[model.parameters.index("jack.friction.Fc")] == 0.0
 
 
 @pytest.mark.parametrize(("share", "planned"), [(0.9, ["plain.0", "plain.1"]), (0.97, ["plain.0"])])

@@ -6,6 +6,7 @@ from made_campaigns import LIBRARY, named, rubbing_campaign, unknown
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.run_folder import metrics_json, open_run
 from workbench.commands.trace.study import run_trace
+from workbench.identify.trace import workers
 from workbench.report import render
 from workbench.rigs.rig_file import load_rig
 
@@ -34,3 +35,18 @@ def test_a_trace_of_two_workers_that_was_stopped_goes_on_with_one(tmp_path):
         outcome = run_trace(rubbing_campaign(), RIG, LIBRARY, run.stage, lambda _: None)
         run.finish({}, "", {}, render(outcome.page))
     assert metrics_json(outcome.metrics) == metrics_json(named().metrics)
+
+
+def test_the_fit_that_items_are_about_is_made_once(monkeypatch):
+    made = []
+    monkeypatch.setattr(workers, "packed", lambda fit: fit)
+    monkeypatch.setattr(workers, "unpacked", lambda stored, *_: made.append(stored) or stored)
+    with workers.trace_workers(1, None, (), ()) as work:
+        about = [
+            work(
+                lambda problem, library, before, item: {item: before}, fit, {"own": item}, no_checkpoint, lambda _: None
+            )
+            for fit, item in (("one", 1), ("one", 2), ("other", 3))
+        ]
+    assert about == [[{1: "one"}], [{2: "one"}], [{3: "other"}]]
+    assert made == ["one", "other"]

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtrc
 
 from ...base.checkpoint import Progress, Stage
 from ...identify.found.fitted import Interval, interval_cells
@@ -91,8 +92,6 @@ def _metrics(platform: Platform, payload: PayloadFit, answers: Sequence[FitAnswe
 def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str, Any]]:
     """The weighed mean of each number that all these legs tell, with 95 % interval, and whether they are `alike`;
     nothing of fewer than two legs."""
-    from scipy.stats import chi2
-
     shared: dict[str, dict[str, Any]] = {}
     for label in legs[0] if len(legs) > 1 else ():
         if label.startswith(f"{CARRIED} "):
@@ -103,7 +102,7 @@ def shared_numbers(legs: Sequence[Mapping[str, Interval]]) -> dict[str, dict[str
             continue
         weights = sigma**-2
         mean, half = float(np.average(values, weights=weights)), _NORMAL / float(np.sqrt(weights.sum()))
-        chance = float(chi2.sf(np.sum(((values - mean) / sigma) ** 2), len(legs) - 1))
+        chance = float(chdtrc(len(legs) - 1, np.sum(((values - mean) / sigma) ** 2)))
         shared[label] = {"value": [mean, mean - half, mean + half], "chance": chance, "alike": chance > CHANCE}
     return shared
 

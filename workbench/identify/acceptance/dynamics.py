@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution, t as student
+from scipy.special import fdtri, stdtrit
 
 from ...base.errors import InputError
 from ...base.gain_phase import gain_db, phase_deg
@@ -88,7 +88,7 @@ def _sine(record: Record, output: str, first: int, last: int) -> tuple[float, co
     held = np.sinc(f * record.period) * np.exp(-1j * np.pi * f * record.period)  # what a drive holds for each period
     into, out = held * steady.amplitudes("command"), steady.amplitudes(output)
     scatter = float(np.sqrt(np.sum(np.abs(out - out.mean()) ** 2) / (out.size - 1) / out.size))
-    reach = float(np.sqrt(f_distribution.ppf(0.95, 2, 2 * out.size - 2)))
+    reach = float(np.sqrt(fdtri(2, 2 * out.size - 2, 0.95)))
     return f, complex(out.mean() / into.mean()), reach * scatter / float(abs(into.mean()))
 
 
@@ -169,4 +169,4 @@ def _scatter(values: np.ndarray) -> float:
     """Half of the 95 % interval of a mean by the values themselves; 0 where they are too few."""
     if values.size < 3:
         return 0.0
-    return float(student.ppf(0.975, values.size - 1) * np.std(values, ddof=1) / np.sqrt(values.size))
+    return float(stdtrit(values.size - 1, 0.975) * np.std(values, ddof=1) / np.sqrt(values.size))

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from ...base.errors import InputError
 from ...records import Record
@@ -124,7 +124,7 @@ def _repeatability(test: StaticTest) -> Row:
     scatter = test.scatter
     value = 100 * scatter.value / test.capacity
     low, high = (
-        value * float(np.sqrt(scatter.freedom / chi2.ppf(part, scatter.freedom)))
+        value * float(np.sqrt(scatter.freedom / 2 / gammaincinv(scatter.freedom / 2, part)))
         for part in (0.5 + CONFIDENCE / 2, 0.5 - CONFIDENCE / 2)
     )
     return Row("repeatability", _MEANINGS["repeatability"], "%", value, low, high)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from ...engine import Engine
 from ...linear.frequency_response import stepped_sine
@@ -33,6 +32,8 @@ class ValveLag:
 
     def applied(self, command: np.ndarray, period: float, late: float = 0.0) -> np.ndarray:
         """What a command [k], held for each period [s], has come to at the instants at which it is logged."""
+        from scipy.signal import lfilter  # here, as it takes a third of a second
+
         w = 2 * np.pi * self.frequency
         apart = np.sqrt(complex(self.damping**2 - 1, 1e-9))  # two poles, never one twice
         slow, fast = w * (-self.damping + apart), w * (-self.damping - apart)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...base.errors import InputError, nearest
 from ...base.table import ConfigTable
@@ -51,7 +51,7 @@ class Estimate:
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """By Student's t."""
-        reach = float(student.ppf(0.5 + confidence / 2, self.freedom)) * self.deviation
+        reach = float(stdtrit(self.freedom, 0.5 + confidence / 2)) * self.deviation
         return self.value - reach, self.value + reach
 
 

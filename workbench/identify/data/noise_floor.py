@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ...base.errors import InputError
 from ...base.signals import MEASURED
@@ -201,6 +200,8 @@ def _answers(command: np.ndarray, period: float, mode: tuple[float, float], othe
 
     Drift and mains lines, `others`, are kept out: hum that a loop carries into the command is no answer to it.
     """
+    from scipy.signal import lfilter  # here, as it takes a third of a second
+
     frequency, damping = mode
     pole = np.exp(2.0 * np.pi * frequency * period * complex(-damping, np.sqrt(1.0 - damping**2)))
     driven = np.asarray(lfilter([0.0, 1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], command))

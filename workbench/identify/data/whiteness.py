@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import welch
 
 _SEGMENT = 512  # rows of a spectrum's segments
 _LAGS = 200
@@ -32,6 +31,8 @@ def whiteness(errors: Sequence[np.ndarray], period: float, kappa: float) -> Whit
 
     A missing sample counts as no pair in the autocorrelation and as zero in the spectrum, which is scaled up for it.
     """
+    from scipy.signal import welch  # here, as it takes a third of a second
+
     valid = [np.isfinite(error) for error in errors]
     filled = [np.where(mask, error, 0.0) for mask, error in zip(valid, errors, strict=True)]
     segment = min(_SEGMENT, min(len(error) for error in errors))

@@ -9,7 +9,7 @@ windows scatter by, or those of the records, whose errors go together (the sandw
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from .windows import Windows
 
@@ -29,7 +29,7 @@ def clustered(gradients: np.ndarray, windows: Windows, by_record: bool) -> np.nd
     if count < _FEWEST:
         return np.zeros((gradients.shape[1],) * 2)
     parts = parts - parts.mean(axis=0)
-    stretch = count / (count - 1) * (float(student.ppf(0.975, count - 1)) / _NORMAL) ** 2
+    stretch = count / (count - 1) * (float(stdtrit(count - 1, 0.975)) / _NORMAL) ** 2
     return stretch * parts.T @ parts
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.signal import savgol_filter
 
 from ..fit.determined import FreeParameter
 from ..fit.model import Model
@@ -156,6 +155,8 @@ class _Block:
 
 def _with_speed(model: Model, part: "_Part") -> "_Part | None":
     """With the speed in its states as recorded positions have it, smoothed, whose noise counts too."""
+    from scipy.signal import savgol_filter  # here, as it takes a third of a second
+
     names, group = part.windows.names, part.group
     if "position" not in names:
         return None

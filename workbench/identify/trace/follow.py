@@ -10,6 +10,7 @@ it changes the errors but gently. Its own numbers are then fitted by secants, ov
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -27,6 +28,7 @@ _STEPS = 4
 _ENOUGH = 0.01  # relative fall of the squared errors below which no further step is made
 _CLOSE = 1e-4  # and in a fit
 _DAMPINGS = (FIRST_DAMPING, 0.1, 10.0)  # of a step, the first that does no harm
+_SLOPES: WeakKeyDictionary[Fit, tuple[Windows, list[np.ndarray]]] = WeakKeyDictionary()
 _SECANT = 0.2  # of a strength, or of a number that is searched by its logarithm; of half a range else
 
 
@@ -56,7 +58,7 @@ class Follower:
         self._base, self._windows, self._fit, self._model = base, windows, fit, model
         self._own = tuple(number for candidate in candidates for number in candidate.free())
         self._offs = [number.off for candidate in candidates for number in candidate.effect.fitted]
-        self._slopes = slopes_of(base, windows, fit.x0, fit.p, fit.free, fit.x)
+        self._slopes = _slopes(base, windows, fit)
         self._p = extend_parameters(base.plant, fit.p, model.plant)
 
     @property
@@ -151,6 +153,14 @@ class Follower:
         p = numbers_at(self._model, self.free, x, self._p)
         x0 = initial_states_with_effect(self._model, self._base, self._windows, base_x0, p) + further
         return Start(x, p, base_x0, further, x0, self._model.errors(self._windows, x0, p))
+
+
+def _slopes(base: Model, windows: Windows, fit: Fit) -> list[np.ndarray]:
+    """Slopes at a fit, computed once for all effects that are put in beside it."""
+    known = _SLOPES.get(fit)
+    if known is None or known[0] is not windows:
+        known = _SLOPES[fit] = windows, slopes_of(base, windows, fit.x0, fit.p, fit.free, fit.x)
+    return known[1]
 
 
 def _toward(free: FreeParameter, off: float | None, share: float) -> float:

@@ -112,7 +112,8 @@ def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
     """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses.
 
-    A descent that overshot may leave the effect off, from where nothing leads back: then it begins where that is faint.
+    A descent that overshot may leave the effect off, from where nothing leads back: then it begins where that is faint,
+    unless it only harms there.
     """
     model = problem.model((*model_fit.effects, candidate.effect))
     if _is_lost(problem, model_fit, model, candidate):
@@ -127,6 +128,8 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
     if candidate.effect.has_memory or not is_switched_off(refitted):
         return refitted
     faint = Candidate(candidate.effect, at_strength(candidate.effect, _FAINT))
+    if not _helps(problem, model_fit, model, faint, _WEAKER):
+        return refitted
     other = with_selection(problem, model, _fitted(problem, model_fit, model, (faint,)), (*model_fit.known, faint))
     return min(refitted, other, key=lambda each: float(each.fit.squares.sum()))
 
@@ -261,9 +264,14 @@ def _from_elsewhere(
 
 def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
     """Whether an effect with memory harms at every strength near its start: a loop hunts on it."""
-    if not candidate.effect.has_memory:
-        return False
-    return not Follower(model_fit.model, problem.train, model_fit.fit, model, (candidate,)).best(_NEAR)[1]
+    return candidate.effect.has_memory and not _helps(problem, model_fit, model, candidate, _NEAR)
+
+
+def _helps(
+    problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate, shares: Sequence[float]
+) -> bool:
+    """Whether an effect leaves less than nothing of it does at one of the `shares` of its start, largest first."""
+    return Follower(model_fit.model, problem.train, model_fit.fit, model, (candidate,)).best(shares)[1]
 
 
 def _elsewhere(candidate: Candidate) -> Candidate:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from scipy.special import gammaincinv
+
 from .changes import healthy_gains, limits, years
 from .history import FEWEST, History, marginal, wander
 
@@ -32,8 +34,6 @@ def healthy_rate(of: History, a_year: float) -> HealthyRate | None:
 
 def poisson_rate(alarms: int, time: float) -> HealthyRate:
     """A count over a time [years] as a rate, with the 95 % interval of a Poisson count (Garwood 1936)."""
-    from scipy.stats import chi2
-
-    low = float(chi2.ppf(0.025, 2 * alarms)) / 2 if alarms else 0.0
-    high = float(chi2.ppf(0.975, 2 * alarms + 2)) / 2
+    low = float(gammaincinv(alarms, 0.025)) if alarms else 0.0
+    high = float(gammaincinv(alarms + 1, 0.975))
     return HealthyRate(alarms, time, alarms / time, low / time, high / time)
