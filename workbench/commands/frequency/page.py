@@ -111,7 +111,8 @@ def figure(comparison: Comparison) -> Figure:
     for name, response in others.items():
         style = "dash" if name in comparison.linear else "line"
         gain.append(Curve(name, comparison.f, gain_db(response), style))
-        turn.append(Curve(name, comparison.f, _beside(comparison, response), style))
+        own = comparison.units is not None and style == "dash"  # without its delay it is whole turns away
+        turn.append(Curve(name, comparison.f, phase_deg(response) if own else _beside(comparison, response), style))
     if comparison.h2 is not None:
         gain.append(Curve("measured, H2", comparison.f, gain_db(comparison.h2), "dash"))
     panels = [Panel(f"gain re 1 {comparison.unit} [dB]", gain), Panel("phase [deg]", turn, y_step=45.0)]

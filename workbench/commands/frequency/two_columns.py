@@ -10,6 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.table import ConfigTable
 from ...base.toml_text import toml_text
+from ...base.words import counted
 from ...identify.data.frequency_response import FrequencyResponse, averaged, measured_response
 from ...records.rational_fit import FitOrder, RationalFit, fit_judged, fit_rational
 from ...report import Figure, Page
@@ -148,7 +149,8 @@ def _comparison(task: FrequencyTask, whole: FrequencyResponse, model: PairModel 
     if model is not None:
         near = whole.f <= model.fit.f.max() * (1 + 1e-9)
         fitted = np.where(near, replace(model.fit, f=whole.f).fitted, np.nan)
-        later = {"measured, delay taken out": whole.response * np.exp(2j * np.pi * whole.f * model.fit.delay)}
+        early = np.where(near, whole.response * np.exp(2j * np.pi * whole.f * model.fit.delay), np.nan)
+        later = {"measured, delay taken out": early}
     return Comparison(
         whole.record,
         task.pair,
@@ -166,9 +168,10 @@ def _comparison(task: FrequencyTask, whole: FrequencyResponse, model: PairModel 
 
 
 def _said(task: FrequencyTask, model: PairModel) -> str:
-    fit = model.fit
+    fit, poles = model.fit, len(model.fit.denominator) - 1
+    parts = f"{counted(poles, 'pole')} and {counted(len(fit.numerator) - 1, 'zero')}"
     return (
-        f"{task.pair[1]} answers {task.pair[0]} after {round(1e3 * fit.delay, 6):.3g} ms as {fit.order}: within "
+        f"{task.pair[1]} answers {task.pair[0]} after {round(1e3 * fit.delay, 6):.3g} ms with {parts}: within "
         f"{100 * fit.error:.2g} % rms of what was measured. Its order was chosen by {model.judged}, which it misses by "
         f"{model.misfit:.2g} times the 95 % band, or 2 % of the response where that is more. "
     )
@@ -187,7 +190,7 @@ def plant_text(task: FrequencyTask, model: PairModel) -> str:
         "title": f"{task.pair[1]} over {task.pair[0]} of {task.source}",
         "source": f"fitted to recordings, within {100 * fit.error:.2g} % rms from {fit.f[0]:.3g} to {fit.f[-1]:.3g} Hz",
         "transfer_function": {"numerator": fit.numerator.tolist(), "denominator": fit.denominator.tolist()},
-        "signals": {"command": full, "delay": f"{fit.delay!r} s", "position": above},
+        "signals": {"command": full, "delay": f"{fit.delay:.9g} s", "position": above},
         "limits": {"stroke": f"{2 * reach!r} {above}"},
-        "control": {"period": f"{task.pairs[0].record.period!r} s"},
+        "control": {"period": f"{task.pairs[0].record.period:.9g} s"},
     })  # fmt: skip
