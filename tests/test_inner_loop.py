@@ -21,9 +21,11 @@ from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
 from workbench.identify.data.frequency_response import averaged, between, measured_response
 from workbench.linear import equilibrium, linearise
+from workbench.loop.drive_simulation import drive, play
 from workbench.plant import build
+from workbench.plant.effects.declared import effects_for
 from workbench.records import Campaign, Record, write_csv
-from workbench.records.excitation import multisine
+from workbench.records.excitation import Excitation, multisine
 from workbench.records.pair import read_pair
 from workbench.rigs.driven import driven, load_driven
 from workbench.rigs.linear_rig import LinearRig
@@ -202,6 +204,22 @@ def test_a_rig_without_an_inner_loop_says_what_to_do_with_a_reference_alone(rig,
     folder = campaign(tmp_path / "c", load_rig("jack-10t"), played(lambda: rig))
     with pytest.raises(InputError, match=r"no command, the input of rig jack-10t; .*\[inner\].*--ask closed-loop"):
         load_driven(folder)
+
+
+def test_its_delay_is_that_of_the_command_and_is_sought_once(rig):
+    late = [effect for effect in effects_for(rig) if effect.delay]
+    assert late == []
+    assert [effect for effect in effects_for(load_rig("festo-tp511")) if effect.delay]
+
+
+def test_a_plan_asks_for_references(rig):
+    ready = drive(rig)
+    assert rig.inner is not None
+    t = np.arange(0, 0.3, rig.period.value)
+    run = play(ready, Excitation("slow", rig.period.value, 2e-3 * np.sin(2 * np.pi * 5 * t), np.zeros(t.size)))
+    assert run.record.signals["command"][: t.size] == pytest.approx(
+        2e-3 * np.sin(2 * np.pi * 5 * t) / rig.inner.full_command, abs=1e-9
+    )
 
 
 def test_a_measured_load_is_an_input(rig):

@@ -74,8 +74,12 @@ class DriveSimulation:
 
 
 def drive(rig: Rig) -> DriveSimulation:
-    """The rig with its position loop: as stiff as MARGIN at null, CROSSOVER and STIRRED allow."""
+    """The rig with its position loop: as stiff as MARGIN at null, CROSSOVER and STIRRED allow; or with the loop that is
+    inside it already, which is asked for the reference."""
     plant = build(rig)
+    if rig.inner:
+        through = controller("controllers.through:Through", gain=1 / rig.inner.full_command)
+        return DriveSimulation(rig, Engine(plant), through.named("loop inside"))
     smooth = plant.without_dry_friction()
     period = rig.period.value
 

@@ -149,7 +149,10 @@ class _JackPlayer:
         logs = record and self.log(record)
         if record is None or logs is None:
             return None
-        return {"reference": record.played.reference, "command": record.played.command}, logs
+        reference, command = record.played.reference, record.played.command
+        if self.rig.inner:  # of which the reference alone can be written
+            reference, command = reference + command * self.rig.inner.full_command, np.zeros(command.size)
+        return {"reference": reference, "command": command}, logs
 
     def made(self, name: str, kept: Kept) -> PlannedRecord:
         return PlannedRecord(name, family(self.rig)[name], Excitation(name, self.rig.period.value, **kept))

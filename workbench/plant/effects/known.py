@@ -11,6 +11,7 @@ from ...base import trust
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.units import from_si, to_si
+from ...rigs.inner_loop import DELAY
 from ...rigs.linear_rig import LinearRig
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
@@ -62,7 +63,10 @@ def applies(effect: Effect, rig: Rig) -> bool:
 
 
 def acts(effect: Effect, rig: Rig) -> bool:
-    """Whether it applies and the corrector of this rig has what it acts on: losses need a motor."""
+    """Whether it applies and this rig has what it acts on, losses a motor, and not its number already: the delay of an
+    inner loop is that of the command."""
+    if effect.delay and DELAY in rig.numbers:
+        return False
     needed = rig.valve_kind.slot_numbers
     return applies(effect, rig) and all(needed[slot] in rig.numbers for slot in effect.laws if slot in needed)
 
