@@ -206,6 +206,16 @@ def test_a_rig_without_an_inner_loop_says_what_to_do_with_a_reference_alone(rig,
         load_driven(folder)
 
 
+def test_a_campaign_without_a_command_still_has_a_response(rig, tmp_path):
+    folder = campaign(tmp_path / "c", load_rig("jack-10t"), played(lambda: rig))
+    task = load(folder, ("reference", "position"))
+    assert (task.rig, task.pairs[0].units) == (None, ("mm", "mm"))
+    answer = run_pairs(task, True, no_checkpoint, lambda _: None)
+    gains = [row["gain_db"] for row in answer.metrics["rows"]]
+    assert -1.0 < gains[0] < 0.1
+    assert gains[-1] < -3.0
+
+
 def test_its_delay_is_that_of_the_command_and_is_sought_once(rig):
     late = [effect for effect in effects_for(rig) if effect.delay]
     assert late == []

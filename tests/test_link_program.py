@@ -18,7 +18,7 @@ from made_links import at, jack_bench, served
 from test_controllers import EXPERIMENTS
 
 import controllers
-from controllers import AmplitudePhase, Dither, P, Policy
+from controllers import AmplitudePhase, Dither, P, Policy, Through
 from workbench.base.table import ConfigTable
 from workbench.commands.coefficients.folder import leave_laws
 from workbench.commands.coefficients.laws import exported
@@ -45,7 +45,7 @@ SHIPPED = (
     "position_tuned", "position_known", "position_mode", "position_policy", "position_mpc", "force_tuned", "force_step",
     "linear_plant", "pump_step",
 )  # fmt: skip
-ALSO = ("automatic", "policy", "dithered", "sines")  # laws that no step experiment has
+ALSO = ("automatic", "policy", "dithered", "sines", "through")  # laws that no step experiment has
 LAWS = [
     *((source, name) for source in SHIPPED for name in tomllib.loads(text_of(source))["controllers"]),
     *(("also", name) for name in ALSO),
@@ -66,6 +66,7 @@ def config_of(source):
         Policy(network=replace(network, limit=1.0)),
         P(gain=3.0) + Dither(amplitude=0.03, frequency=170.0),
         P(gain=3.0) + AmplitudePhase(frequency=20.0, gain=0.5, phase=-80.0, gain3=0.1, phase3=-170.0),
+        Through(gain=3.0),
     )
     return replace(config, controllers=tuple(spec.named(name) for spec, name in zip(specs, ALSO, strict=True)))
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from ...base.errors import InputError, nearest
 from ...base.signals import SIGNALS
-from ...base.units import to_si
-from ...records import Campaign, Record
+from ...base.units import from_si, to_si
+from ...records import Campaign, Record, load_campaign
 from ...records.fingerprint import digest, fingerprint
 from ...records.frequency_sheet import FrequencySheet, read_sheet
 from ...records.pair import RecordedPair, read_pair
-from ...rigs.driven import load_driven
+from ...rigs.driven import driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 
@@ -43,11 +43,13 @@ def load(
     only: Sequence[str] = (),
     period: float | None = None,
     amplitude: float | None = None,
+    alone: bool = False,
 ) -> FrequencyTask:
     """A campaign folder, of which the held-out records or those named in `only`; or the file of a sheet; or, without a
     rig, recordings with the two columns.
 
-    `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Raises InputError.
+    `period` [s] of periodic records; `amplitude` of a sheet in the unit of its input (1, mA, mm). Records that lack
+    what drives the rig have no model beside them; nor have those that are asked for `alone`. Raises InputError.
     """
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
     recordings = [not path.is_dir() and path.suffix != ".toml" for path in files]
@@ -67,15 +69,32 @@ def load(
         signal = SIGNALS[pair[0]]
         size = None if amplitude is None else float(to_si(amplitude, signal.unit, signal.si))
         return FrequencyTask(load_rig(rig), path.stem, pair, sheets=(read_sheet(path, size, *pair),))
-    campaign, own = load_driven(path, rig or "")
+    campaign = load_campaign(path)
+    own = load_rig(rig or campaign.rig, corrector=campaign.corrector)
     every = {record.name: record for record in campaign.records}
     for name in only:
         if name not in every:
             raise InputError(f'{path}: no record "{name}"; {nearest(name, every)}')
     records = tuple(every[name] for name in only) or campaign.heldout
     source = campaign.path.resolve().name
+    if alone or (own.inner is None and any("command" not in record.signals for record in records)):
+        return FrequencyTask(None, source, pair, period=period, pairs=tuple(_shown(each, pair) for each in records))
+    campaign = driven(campaign, own)
+    every = {record.name: record for record in campaign.records}
+    records = tuple(every[record.name] for record in records)
     sheets = tuple(sheet for sheet in campaign.sheets if (sheet.input, sheet.output) == pair)
     return FrequencyTask(own, source, pair, records, sheets, campaign, period)
+
+
+def _shown(record: Record, pair: tuple[str, str]) -> RecordedPair:
+    """Two signals of a record in the units that people read."""
+    for name in pair:
+        if name not in record.signals:
+            raise InputError(f"record {record.name}: no signal {name}; {nearest(name, record.names)}")
+    units = tuple(SIGNALS[name].unit for name in pair)
+    signals = {name: from_si(record.signals[name], SIGNALS[name].unit, SIGNALS[name].si) for name in pair}
+    own = Record(record.name, record.t, signals, {name: record.valid[name] for name in pair}, record.notes)
+    return RecordedPair(own, *pair, (units[0], units[1]))
 
 
 def identity(task: FrequencyTask) -> dict[str, Any]:

@@ -25,10 +25,10 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _frequency(options: argparse.Namespace, words: list[str]) -> None:
     pair = (options.input, options.output)
-    task = load(options.source, pair, options.rig, options.record, options.period, options.amplitude)
+    task = load(options.source, pair, options.rig, options.record, options.period, options.amplitude, options.model)
     whole = {"command": "frequency", **identity(task)}
     if options.model and not task.pairs:
-        raise InputError("--model: a model is fitted to two columns of recordings; name their files, without --rig")
+        raise InputError("--model: a sheet is fitted as a linear plant by [frequency_response]; name recordings here")
     from .study import run_frequency
     from .two_columns import run_pairs
 

@@ -118,7 +118,7 @@ def pair_answer(task: FrequencyTask, progress: Progress) -> PairAnswer:
         progress(f"{pair.record.name}: {pair.output} over {pair.input}")
         responses.append(measured_response(pair.record, pair.input, pair.output, task.period))
     progress("model")
-    whole = averaged(responses)
+    whole = _told(averaged(responses))
     try:
         model, said = pair_model(responses), ""
     except InputError as error:
@@ -141,6 +141,17 @@ def pair_answer(task: FrequencyTask, progress: Progress) -> PairAnswer:
 
     files = {} if model is None else {PLANT: plant_text(task, model)}
     return PairAnswer(whole, model, Outcome(metrics, draw, {"response": columns(comparison)}, files))
+
+
+def _told(response: FrequencyResponse) -> FrequencyResponse:
+    """The response at the lines at which it is not all noise. Raises InputError where there is none."""
+    told = response.radius < np.abs(response.response)
+    if not told.any():
+        raise InputError(
+            f"{response.record}: {response.output} does not answer {response.input} at any frequency; check the columns"
+        )
+    columns = ("f", "response", "coherence", "radius", "instrument", "h2")
+    return replace(response, **{name: getattr(response, name)[told] for name in columns})
 
 
 def _comparison(task: FrequencyTask, whole: FrequencyResponse, model: PairModel | None) -> Comparison:
