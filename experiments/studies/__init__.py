@@ -4,6 +4,7 @@ python -m experiments.studies.trace         traces of drawn campaigns
 python -m experiments.studies.watch         watches over drawn rigs that wear
 python -m experiments.studies.commission    hidden rigs, commissioned behind the wire
 python -m experiments.studies.sheet         intervals of sheets of drawn rigs
+python -m experiments.studies.closed_loop   numbers of hidden loops, from reference and position
 python -m experiments.studies.knowledge     what controllers gain when a rig's numbers are known better
 
 Beside each lies what it left, NAME.json: the version and date that made it, the command, and its rows.

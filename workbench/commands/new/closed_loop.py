@@ -1,7 +1,7 @@
 """A rig of which only a label is known, in the loop of a controller that somebody else made.
 
-Reference and response of such a loop tell its speed gain, its delay and its zero. What they hardly tell is taken from
-the label and rules of thumb, and stays as it is until bounds are given.
+Reference and response of such a loop tell its speed gain, its delay and its zero. The rest is taken from the label and
+from rules of thumb, within bounds as wide as these are rough: intervals of what is told count them.
 """
 
 import math
@@ -44,9 +44,10 @@ def closed_loop_files(label: Mapping[str, float], name: str) -> dict[str, str]:
 def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
     """The text of a rig file for the numbers of LABEL [SI]."""
     area = label["force"] / (_SHARE * (_SUPPLY - _RETURN))
-    swept = area * label["stroke"]
+    swept, room = area * label["stroke"], (0.3 * _DEAD, 3 * _DEAD)
     mode = math.sqrt(4 * _BETA * area**2 / ((1 + 2 * _DEAD) * swept * label["M"]))  # rad/s, of mid stroke
     opened = area * label["speed"] / math.sqrt((_SUPPLY - _RETURN) / 2)  # m^3/s/Pa^0.5 at full command
+    drag = 2 * _DAMPING * mode * label["M"]  # N s/m
     said, thumb = "label", "rule of thumb"
     return toml_text({
         "name": name,
@@ -55,7 +56,7 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
             "Ps": _number(_SUPPLY, "bar", "Pa", f"{thumb}: what most testing machines have"),
             "Pr": _number(_RETURN, "bar", "Pa", thumb),
         },
-        "oil": {"beta": _number(_BETA, "GPa", "Pa", f"{thumb}: mineral oil with some air")},
+        "oil": {"beta": _number(_BETA, "GPa", "Pa", f"{thumb}: mineral oil with some air", (0.5 * _BETA, 1.5 * _BETA))},
         "valve": {
             "kind": "second-order",
             "f0": _number(_SPOOL, "Hz", "Hz", "fast: what lags counts as loop_delay"),
@@ -64,7 +65,7 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
             "K3": _number(opened / 1e-3, "m^2/s/Pa^0.5", "m^2/s/Pa^0.5", f"{said}: the fastest speed; with loop_gain "
                           "it makes the speed gain, and only that is seen"),
             "z3max": _number(1e-3, "mm", "m", "a scale: the spool is not measured"),
-            "eps": _number(2e-6, "um", "m", thumb),
+            "eps": _number(2e-6, "um", "m", thumb, (0.5e-6, 8e-6)),
             "n": _number(1.0, "1", "1", "one valve, or all of them as one"),
         },
         "jack": {
@@ -72,15 +73,15 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
             "Aj": _number(area, "cm^2", "m^2", f"{said}: rated force over {_SHARE:g} of the pressure"),
             "S": _number(label["stroke"], "mm", "m", said),
             "xmid": _number(0.0, "mm", "m", "positions count from mid stroke"),
-            "V0": _number(_DEAD * swept, "l", "m^3", f"{thumb}: {_DEAD:g} of the swept volume"),
+            "V0": _number(_DEAD * swept, "l", "m^3", f"{thumb}: {_DEAD:g} of the rest", tuple(swept * k for k in room)),
             "Cl": _number(1e-12, "m^3/s/Pa", "m^3/s/Pa", thumb),
             "ke": _number(2e8, "N/m", "N/m", thumb),
             "ce": _number(4e5, "N s/m", "N s/m", thumb),
         },
         "load": {
             "kind": "measured",
-            "M": _number(label["M"], "kg", "kg", said),
-            "b": _number(2 * _DAMPING * mode * label["M"], "N s/m", "N s/m", f"{thumb}: damps the oil to {_DAMPING:g}"),
+            "M": _number(label["M"], "kg", "kg", said, (0.5 * label["M"], 2 * label["M"])),
+            "b": _number(drag, "N s/m", "N s/m", f"{thumb}: damps the oil to {_DAMPING:g}", (0.0, 10 * drag)),
             "ks": _number(0.0, "N/m", "N/m", "no specimen that is described"),
             "cs": _number(0.0, "N s/m", "N s/m", "no specimen that is described"),
         },
@@ -92,7 +93,7 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
             "loop_delay": _number(2e-3, "ms", "s", "not known", (0.0, 50e-3)),
         },
         "limits": {
-            "stroke": _number(label["stroke"] / 2, "mm", "m", said),
+            "stroke": _number(label["stroke"] / 2 * (1 - 1e-6), "mm", "m", said),
             "speed": _number(2 * label["speed"], "m/s", "m/s", "twice the label's"),
             "force": _number(label["force"], "kN", "N", said),
             "command_rate": _number(200.0, "1/s", "1/s", thumb),
@@ -105,9 +106,9 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
     })  # fmt: skip
 
 
-def _number(value: float, unit: str, si: str, source: str, bounds: tuple[float, float] | None = None) -> dict[str, Any]:
+def _number(value: float, unit: str, si: str, source: str, bounds: tuple[float, ...] = ()) -> dict[str, Any]:
     def shown(number: float) -> float:
-        return float(f"{float(from_si(number, unit, si)):.4g}")
+        return float(f"{float(from_si(number, unit, si)):.7g}")
 
-    ends = {} if bounds is None else {"bounds": [shown(end) for end in bounds]}
+    ends = {"bounds": [shown(end) for end in bounds]} if bounds else {}
     return {"value": shown(value), "unit": unit, "source": source, **ends}

@@ -1,0 +1,33 @@
+"""`python -m experiments.studies.closed_loop`: its arguments."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from functools import partial
+
+from workbench.cli import script
+from workbench.commands.common.options import bounded, computes, finish
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """What it is asked."""
+    bounded(parser, "--number", 1, "rigs to draw (default: 40)", default=40)
+    bounded(parser, "--seed", 0, "seed of the rigs and of their noise (default: 1)", default=1)
+    computes(parser, _closed_loop, rig=False)
+
+
+def _closed_loop(options: argparse.Namespace, words: list[str]) -> None:
+    from .study import run_closed_loop
+
+    identity = {"command": "closed-loop-study", "number": options.number, "seed": options.seed}
+    finish(options, words, "closed-loop-study", identity, partial(run_closed_loop, options.number, options.seed))
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run it; 2 where it is asked for what cannot be."""
+    what = "Measure how often the numbers of hidden loops lie within their intervals."
+    return script("experiments.studies.closed_loop", what, options, words)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

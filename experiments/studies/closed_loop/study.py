@@ -1,0 +1,135 @@
+"""Drawn rigs in the loops of their makers: reference and position are recorded, and a rig of the label alone is fitted.
+
+What the label does not say, oil, friction, mass, volumes, lap and valve, differs between the rig that is played and
+the one that is fitted.
+"""
+
+import math
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from workbench.commands.common.outcome import Outcome, Progress, Stage, no_checkpoint
+from workbench.commands.fit.study import fit_campaign
+from workbench.commands.new.closed_loop import closed_loop_rig
+from workbench.identify.fit.model import Model
+from workbench.linear import equilibrium
+from workbench.plant import build
+from workbench.records import Campaign, Record
+from workbench.records.excitation import multisine
+from workbench.report import Curve, Figure, Page, Panel, Section, Table
+from workbench.report.figures import Mark
+from workbench.rigs.driven import driven
+from workbench.rigs.rig import Rig
+from workbench.rigs.rig_file import load_rig
+
+_SPREAD = {"beta": 0.3, "M": 0.3, "b": 0.6, "V0": 0.5, "eps": 0.5, "f0": 0.4, "zeta": 0.3}
+"""How far the played rig is from the rule of thumb, as a share either way."""
+_SECONDS, _NOISE = 6.0, 1e-4  # of each record; of the motion: noise of the position sensor
+_NAMES = ("loop_gain", "loop_delay", "z0")
+
+
+def run_closed_loop(number: int, seed: int, stage: Stage, progress: Progress) -> Outcome:
+    """`rows`: of each drawn loop its three numbers, the interval of each, and whether it holds the truth."""
+    rows: list[dict[str, Any]] = []
+    for k in range(number):
+        progress(f"loop {k + 1} of {number}")
+        rows += stage(f"loop {k}", lambda own=k: _fitted(own, seed))
+    return Outcome({"rows": rows}, lambda: _page(rows))
+
+
+def drawn(number: int, seed: int) -> tuple[Rig, Rig]:
+    """The rig that the label says, and the true one."""
+    random = np.random.default_rng((seed, number))
+    label = {
+        "force": float(10 ** random.uniform(4, 5.7)),
+        "stroke": float(10 ** random.uniform(-1.3, -0.3)),
+        "speed": float(random.uniform(0.2, 1.0)),
+    }
+    label["M"] = float(label["force"] / 9.81 * 10 ** random.uniform(-2, -1))
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "rig.toml"
+        file.write_text(closed_loop_rig(label, f"loop-{number}"), encoding="utf-8")
+        rig = load_rig(file)
+    mode = math.sqrt(4 * rig["beta"] * rig["Aj"] ** 2 / ((rig["Aj"] * rig["S"] + 2 * rig["V0"]) * rig["M"]))
+    most = min(40.0, 0.03 * mode)  # 1/s: a third of what the oil's damping of 5 % bears
+    speed_gain = float(random.uniform(min(5.0, most / 2), most))
+    true = {
+        **{name: rig[name] * (1 + share * float(random.uniform(-1, 1))) for name, share in _SPREAD.items()},
+        "loop_gain": speed_gain / label["speed"],
+        "loop_delay": float(random.uniform(0.5e-3, 15e-3)),
+        "z0": float(random.uniform(-0.01, 0.01)),
+    }
+    return rig, rig.with_values(**true)
+
+
+def _fitted(number: int, seed: int) -> list[dict[str, Any]]:
+    rig, true = drawn(number, seed)
+    records = [
+        _played(true, np.random.default_rng((seed, number, k)), name) for k, name in enumerate(("train", "heldout"))
+    ]
+    campaign = Campaign(Path(), rig.name, (), (records[0],), (records[1],))
+    metrics = fit_campaign(driven(campaign, rig), rig, 1, no_checkpoint, lambda _: None).outcome.metrics
+    rows = []
+    for name in _NAMES:
+        value, low, high = metrics["parameters"][f"{name} [{rig.numbers[name].si}]"]
+        truth = true[name] + (_lag(true) - _lag(rig) if name == "loop_delay" else 0.0)
+        rows.append({
+            "loop": number, "number": name, "truth": truth, "value": value, "low": low, "high": high,
+            "held": bool(low <= truth <= high), "chi2": metrics["chi2"]["heldout"],
+        })  # fmt: skip
+    return rows
+
+
+def _lag(rig: Rig) -> float:
+    """The delay [s] that a valve is at low frequencies, which counts as the loop's where its frequency is pinned."""
+    return 2 * rig["zeta"] / (2 * math.pi * rig["f0"])
+
+
+def _played(rig: Rig, random: np.random.Generator, name: str) -> Record:
+    """A multisine and steps of the reference, as the loop follows them."""
+    assert rig.inner is not None
+    period = rig.period.value
+    size, t = 0.02 * rig.inner.full_command, np.arange(0, _SECONDS, period)
+    wave = np.roll(multisine(1.0, _SECONDS, period, (0.3, 15.0)), int(random.integers(t.size)))[: t.size]
+    wave *= np.tanh(10 * t)  # from rest
+    steps = np.repeat(random.uniform(-1, 1, math.ceil(t.size * period / 0.5)), round(0.5 / period))[: t.size]
+    reference = size * (wave / np.abs(wave).max() + 0.5 * steps)
+    plant = build(rig)
+    asked = Record(name, t, {"command": reference / rig.inner.full_command})
+    came = Model(plant, ("position",)).run_through(asked, equilibrium(plant).x, plant.p)[:, 0]
+    noise = _NOISE * size / 0.02 * random.standard_normal(t.size)
+    return Record(name, t, {"reference": reference, "position": came + noise})
+
+
+def _page(rows: list[dict[str, Any]]) -> tuple[Page, Figure]:
+    loops = len({row["loop"] for row in rows})
+    cells = []
+    for name in _NAMES:
+        own = [row for row in rows if row["number"] == name]
+        half = float(np.median([(row["high"] - row["low"]) / 2 / max(abs(row["truth"]), 1e-12) for row in own]))
+        cells.append([name, len(own), sum(row["held"] for row in own), 100 * half])
+    curves = [
+        Curve(
+            name,
+            np.arange(loops, dtype=float),
+            np.array([_off(row) for row in rows if row["number"] == name]),
+            "markers",
+        )
+        for name in _NAMES
+    ]
+    figure = Figure(
+        "Value less truth, over half of the interval",
+        "loop",
+        [Panel("off [1]", curves, marks=(Mark(-1.0), Mark(1.0)))],
+    )
+    table = Table("Intervals of 95 % that hold the truth", ["number", "loops", "held", "typical half [%]"], cells)
+    held = sum(row["held"] for row in rows)
+    said = f"{held} of {len(rows)} intervals of 95 % hold the truth, over {loops} loops whose valve nobody recorded."
+    return Page("Numbers of hidden loops", said, [Section("Intervals", [figure, table])]), figure
+
+
+def _off(row: dict[str, Any]) -> float:
+    return (row["value"] - row["truth"]) / max((row["high"] - row["low"]) / 2, 1e-300)
