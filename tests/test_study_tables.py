@@ -66,6 +66,20 @@ def table_rows(text=SECTION):
     ]
 
 
+def test_the_page_of_closed_loops_says_how_often_intervals_hold():
+    rows = kept("closed_loop/loops").rows
+    page = (RESULTS / "press.md").read_text()
+    loops, held = len({row["loop"] for row in rows}), sum(row["held"] for row in rows)
+    assert (
+        f"Over {loops} drawn loops with hidden numbers, {held} of {len(rows)} intervals of 95 % hold the truth" in page
+    )
+    off = [abs(row["value"] - row["truth"]) / (row["high"] - row["low"]) * 2 for row in rows]
+    halves = [(row["high"] - row["low"]) / 2 / row["truth"] for row in rows if row["number"] == "loop_gain"]
+    assert f"none is off by more than {max(off) + 0.05:.1f} of its half widths" in page
+    assert f"typically {100 * np.median(halves):.2g} % of it" in page
+    assert all(row["held"] == (row["low"] <= row["truth"] <= row["high"]) for row in rows)
+
+
 @pytest.mark.parametrize("label", GROUPS)
 def test_every_campaign_is_counted_as_it_was_traced(label):
     rows = [row for row in ROWS if row["group"] == GROUPS[label]]
