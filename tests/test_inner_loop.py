@@ -20,6 +20,7 @@ from workbench.commands.new.closed_loop import closed_loop_files
 from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
 from workbench.identify.data.frequency_response import averaged, between, measured_response
+from workbench.identify.fit.followed import _off as off
 from workbench.linear import equilibrium, linearise
 from workbench.loop.drive_simulation import drive, play
 from workbench.plant import build
@@ -356,3 +357,13 @@ def test_the_press_is_a_speed_gain_and_a_delay():
     assert denominator[1] / denominator[0] == pytest.approx(45.3, abs=1.0)  # ../shared/data/README.md
     assert found.fit.delay == pytest.approx(4.5e-3, abs=0.5e-3)
     assert numerator[0] / denominator[1] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_loop_that_is_too_slow_for_its_reference_is_not_off():
+
+    t = np.arange(0, 10, 1e-3)
+    sweep = 2e-3 * np.sin(2 * np.pi * 1.5 * t**2)  # to 30 Hz
+    slow = lfilter([0.005], [1, -0.995], sweep) + 1e-5 * np.random.default_rng(0).standard_normal(t.size)
+    assert off(Record("slow", t, {"reference": sweep, "position": slow}), "reference", "position") is None
+    slow[4000:6000] = slow[4000]
+    assert off(Record("off", t, {"reference": sweep, "position": slow}), "reference", "position") == (4.0, 6.0)

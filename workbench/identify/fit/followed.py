@@ -7,12 +7,13 @@ from ...records import Campaign, Record
 from ...rigs.inner_loop import POSITION
 from ...rigs.rig import Rig
 from ..data.frequency_response import measured_response
+from ..data.white_part import white_part
 
 _SURE, _FEWEST = 0.1, 8  # of the response: 95 % radius of a line that is looked at; such lines
 _LOW = 0.1  # of those lines, the lowest: there a loop gives what it is asked
 _OFF, _WRONG = 0.3, 3.0  # of the gain at low frequency: a loop that is hardly closed; a unit that is wrong
 _LEAD = 1.5  # periods by which a response leads
-_BLOCK, _STILL = 1.0, 0.05  # s; of the reference's motion: the response's, where the loop is off
+_BLOCK, _STILL = 1.0, 2.0  # s; times the noise: what moves no more than that is at rest
 _GIVEN = 0.3  # of force times speed, as a correlation: what a load may give back to the jack
 
 
@@ -66,9 +67,11 @@ def _off(record: Record, asked: str, came: str) -> tuple[float, float] | None:
     """The longest time [s] over which the response rests although its reference moves as elsewhere."""
     rows = max(2, round(_BLOCK / record.period))
     count = record.t.size // rows
-    spreads = [np.std(record.signals[name][: count * rows].reshape(count, rows), axis=1) for name in (asked, came)]
-    moves, follows = (spread / max(float(spread.max(initial=0.0)), 1e-300) for spread in spreads)
-    off = (moves > 0.5) & (follows < _STILL)
+    moves, follows = (
+        np.std(record.signals[name][: count * rows].reshape(count, rows), axis=1) for name in (asked, came)
+    )
+    noise = white_part(came, [record]).sigma
+    off = (moves > 0.5 * moves.max(initial=0.0)) & (follows <= _STILL * noise)
     if not off.any() or count < 2:
         return None
     first, last = np.flatnonzero(off)[[0, -1]]
