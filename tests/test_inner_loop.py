@@ -5,6 +5,8 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -22,6 +24,8 @@ from workbench.engine.delay_line import held_commands
 from workbench.identify.data.frequency_response import averaged, between, measured_response
 from workbench.identify.fit.followed import _off as off
 from workbench.linear import equilibrium, linearise
+from workbench.link.client import LinkClient
+from workbench.link.wire_loop import stands
 from workbench.loop.drive_simulation import drive, play
 from workbench.plant import build
 from workbench.plant.effects.declared import effects_for
@@ -367,3 +371,8 @@ def test_a_loop_that_is_too_slow_for_its_reference_is_not_off():
     assert off(Record("slow", t, {"reference": sweep, "position": slow}), "reference", "position") is None
     slow[4000:6000] = slow[4000]
     assert off(Record("off", t, {"reference": sweep, "position": slow}), "reference", "position") == (4.0, 6.0)
+
+
+def test_a_live_rig_with_an_inner_loop_is_not_driven(rig):
+    with pytest.raises(InputError, match="has an inner loop, whose reference a trip of the guard would set to 0"):
+        stands(cast(LinkClient, SimpleNamespace(at="udp://127.0.0.1:1")), rig)

@@ -240,7 +240,12 @@ class WireLoop:
 def stands(client: LinkClient, rig: Rig) -> Reading:
     """Switch the rig on: the reading from which on it stands inside all its limits but that of the stroke, into which
     it has to get back by itself. Only a rig that had tripped, or that is beyond a limit, is waited for. Raises
-    InputError for one that stays outside, LinkLost."""
+    InputError for one that stays outside, or has an inner loop; LinkLost."""
+    if rig.inner:
+        raise InputError(
+            f"--at {client.at}: {rig.name} has an inner loop, whose reference a trip of the guard would set to 0, and "
+            "so move the jack; play what it is asked by its maker's program, or write the valve's command without [inner]"
+        )
     limits = tuple(each for each in limits_of(rig) if each.signal != "position")
     names, period = client.hello.names, client.hello.period
     needed, seen, reading = max(2, round(_CALM / period)), list[Reading](), client.on()
