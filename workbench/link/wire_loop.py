@@ -244,7 +244,7 @@ def stands(client: LinkClient, rig: Rig) -> Reading:
     if rig.inner:
         raise InputError(
             f"--at {client.at}: {rig.name} has an inner loop, whose reference a trip of the guard would set to 0, and "
-            "so move the jack; play what it is asked by its maker's program, or write the valve's command without [inner]"
+            "so move the jack; play what it is asked by its maker's program, or write the valve's own command"
         )
     limits = tuple(each for each in limits_of(rig) if each.signal != "position")
     names, period = client.hello.names, client.hello.period
