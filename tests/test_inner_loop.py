@@ -65,6 +65,26 @@ def test_a_closed_loop_answers_with_its_speed_gain_and_follows(rig):
     assert end[plant.state("x")] == pytest.approx(5e-3, abs=2e-6)
 
 
+def test_a_force_loop_comes_to_the_force_that_it_is_asked(tmp_path):
+    text = closed_loop_files(LABEL, "press")["rig.toml"]
+    before, after = text.split("[inner]")[0], text.split("[limits]")[1]
+    loop = """controls = "force"
+full_command = "50 kN"
+loop_gain = {value = 2e-6, unit = "1/N"}
+loop_integral_time = {value = 0.5, unit = "s"}
+"""
+    before = before.replace('kind = "measured"\n', "").replace("ks = {value = 0.0", "ks = {value = 5e6")
+    (tmp_path / "rig.toml").write_text(f"{before}[inner]\n{loop}[limits]{after}")
+    rig = load_rig(tmp_path / "rig.toml")
+    plant, t = build(rig), np.arange(0, 3, 1e-3)
+    asked = Record("a", t, {"force_reference": np.full(t.size, 20e3), "force": np.zeros(t.size)})
+    command = driven(Campaign(Path(), "x", (), (asked,), ()), rig).train[0].signals["command"]
+    u = np.zeros((t.size, len(plant.inputs)))
+    u[:, plant.input("command")] = command
+    x = Engine(plant).run(equilibrium(plant).x, t, u).x
+    assert plant.observe(x[-1], u[-1])[0, plant.output("force")] == pytest.approx(20e3, rel=1e-3)
+
+
 def test_each_part_of_a_loop_is_in_its_graph(rig, tmp_path):
     text = tmp_path / "rig.toml"
     save_rig(rig, text)
