@@ -33,6 +33,7 @@ from workbench.records import Campaign, Record, write_csv
 from workbench.records.excitation import Excitation, multisine
 from workbench.records.pair import read_pair
 from workbench.rigs.driven import driven, load_driven
+from workbench.rigs.inner_loop import inner_specs
 from workbench.rigs.linear_rig import LinearRig
 from workbench.rigs.rig import EffectUse, Rig
 from workbench.rigs.rig_file import load_rig, save_rig
@@ -396,3 +397,25 @@ def test_a_loop_that_is_too_slow_for_its_reference_is_not_off():
 def test_a_live_rig_with_an_inner_loop_is_not_driven(rig):
     with pytest.raises(InputError, match="has an inner loop, whose reference a trip of the guard would set to 0"):
         stands(cast(LinkClient, SimpleNamespace(at="udp://127.0.0.1:1")), rig)
+
+
+def test_a_clock_in_another_unit_is_read_in_seconds(tmp_path):
+    plain = read_pair(recording(tmp_path / "s.csv", 0), "Set point", "Actual")
+    head, *lines = (tmp_path / "s.csv").read_text().splitlines()
+    rows = [line.split(",", 1) for line in lines]
+    text = "\n".join(f"{1e3 * float(t):g},{rest}" for t, rest in rows)
+    (tmp_path / "ms.csv").write_text(f"{head.replace('(s)', '(ms)')}\n{text}\n")
+    late = read_pair(tmp_path / "ms.csv", "Set point", "Actual")
+    assert late.record.period == pytest.approx(plain.record.period)
+    (tmp_path / "mm.csv").write_text(f"{head.replace('(s)', '(mm)')}\n{text}\n")
+    with pytest.raises(InputError, match=r"is the clock, and \"mm\" is no unit of time"):
+        read_pair(tmp_path / "mm.csv", "Set point", "Actual")
+
+
+def test_a_force_loop_has_no_derivative_and_a_label_of_odd_numbers_is_a_rig(tmp_path):
+    assert "loop_derivative_time" in inner_specs("position")
+    assert "loop_derivative_time" not in inner_specs("force")
+    odd = {"force": 12345.678, "stroke": 0.4117012345, "speed": 0.333333, "M": 77.7777}
+    (tmp_path / "rig.toml").write_text(closed_loop_files(odd, "odd")["rig.toml"])
+    rig = load_rig(tmp_path / "rig.toml")
+    assert rig.limit("stroke") == pytest.approx(rig["S"] / 2, rel=1e-12)

@@ -2,8 +2,9 @@
 
     u = sat(w),  T w' = K e + i + K Tv r' - K Td y' - Kp (pa - pb) - w,  i' = K e/Ti,  e = r - y
 
-with the reference r, late by the loop's delay, and y the position or force that it controls, as its own sensor has it.
-The rate of the reference is that of r through a lag of 2 ms, and the rate of a force is left out.
+with the reference r, late by the loop's delay, and y the position, or the force at the specimen, that it controls. What
+an effect does to a recorded channel, the loop does not see. The rate of the reference is that of r through a lag of
+2 ms, and Td is of a position alone.
 """
 
 import casadi as ca
@@ -33,7 +34,7 @@ def valve_command(
         reference_rate = (reference - followed) / _RATE_LAG
         b.rate("loop_reference", reference_rate)
         asked += b[GAIN] * b["loop_feed_forward"] * reference_rate
-    if "loop_derivative_time" in b and loop.controls == POSITION:
+    if "loop_derivative_time" in b:
         asked -= b[GAIN] * b["loop_derivative_time"] * rate
     if "loop_pressure_feedback" in b:
         asked -= b["loop_pressure_feedback"] * load_pressure

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError, nearest
+from ..base.units import converts, to_si
 from . import repair
 from .foreign import Heading, open_foreign
 from .foreign.unit_names import name_of
@@ -43,7 +44,7 @@ def read_pair(path: str | Path, input: str, output: str) -> RecordedPair:
     if clock is None and source.period is None:
         known = ", ".join(f'"{each.cell}"' for each in cells)
         raise InputError(f"{path}: no column is a clock among {known}; add the time in seconds")
-    t = columns[clock] if clock is not None else (source.period or 0.0) * (rows - 1)
+    t = (source.period or 0.0) * (rows - 1) if clock is None else _seconds(path, cells[clock], columns[clock])
     t, kept, notes = repair.good_times(path, rows, t, "t" if clock is None else cells[clock].cell)
     kept &= np.isfinite(t)
     known = {k: kept & np.isfinite(columns[k]) for k in (u, y)}
@@ -56,6 +57,15 @@ def read_pair(path: str | Path, input: str, output: str) -> RecordedPair:
     valid = {name: known[k][inside] for name, k in ((input, u), (output, y))}
     record = Record(path.name.split(".")[0], t[inside] - t[first], signals, valid, tuple(notes))
     return RecordedPair(record, input, output, (cells[u].unit or "1", cells[y].unit or "1"))
+
+
+def _seconds(path: Path, heading: Heading, values: np.ndarray) -> np.ndarray:
+    """A clock in s, of the unit that its heading says."""
+    if heading.unit is None:
+        return values
+    if not converts(heading.unit, "s"):
+        raise InputError(f'{path}: "{heading.cell}" is the clock, and "{heading.unit}" is no unit of time; mend it')
+    return np.asarray(to_si(values, heading.unit, "s"), float)
 
 
 def _place(path: Path, name: str, cells: tuple[Heading, ...]) -> int:

@@ -20,7 +20,7 @@ _MOST_INTEGRATORS = 2
 _NEGLIGIBLE = 1e-4  # relative error: below it no order is better than another
 _WORSE = 2  # orders in a row without gain end the search
 _SLOPE = -0.8, 1.2  # of the slope at the low end less the integrators that are tried
-_BENT, _AS_GOOD = 0.02, 1.25  # of the response; of the best model's error
+BENT, _AS_GOOD = 0.02, 1.25  # of the response; of the best model's error
 _FAR = 1e6  # of the highest frequency: as good as infinity
 _BELOW = 0.1  # of the lowest frequency: what is below is not told from a pole or zero at 0
 
@@ -103,7 +103,7 @@ def fit_judged(f: np.ndarray, response: np.ndarray, judges: tuple[np.ndarray, ..
     """The model near a response [k] at f [k] in Hz whose order serves another response best; its rms error there.
 
     `judges` are f [j], response [j] and 95 % radius [j] to which no model is fitted. An error counts over the radius,
-    or over _BENT of the response where that is more: what bends is in no radius. Of the models that are as good as the
+    or over BENT of the response where that is more: what bends is in no radius. Of the models that are as good as the
     best within _AS_GOOD, the one with the fewest numbers is taken. Raises InputError.
     """
     order, most = FitOrder(), min(MOST_POLES, (2 * len(f) - 2) // 3)
@@ -111,7 +111,7 @@ def fit_judged(f: np.ndarray, response: np.ndarray, judges: tuple[np.ndarray, ..
     found = [fit for k in _integrators(f, response, order) for fit, _ in _searched(f, response, order, k, most)]
     if not found:
         raise InputError(f"{len(f)} frequencies bear no model; record a wider band")
-    unit = np.maximum(radius, _BENT * np.abs(truth))
+    unit = np.maximum(radius, BENT * np.abs(truth))
     errors = [float(np.sqrt(np.mean(np.abs((replace(fit, f=other).fitted - truth) / unit) ** 2))) for fit in found]
     good = [k for k, error in enumerate(errors) if error <= _AS_GOOD * min(errors)]
     chosen = min(good, key=lambda k: (len(found[k].numerator) + len(found[k].denominator), errors[k]))

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 POSITION, FORCE = "position", "force"
 GAIN = "loop_gain"  # the one number that every inner loop has
 DELAY = "loop_delay"
+_OF_POSITION = "loop_derivative_time"  # a force has no rate in the graph
 _SI = {POSITION: "m", FORCE: "N"}
 _REFERENCES = {POSITION: "reference", FORCE: "force_reference"}
 
@@ -44,15 +45,16 @@ class InnerLoop:
 def inner_specs(controls: str) -> dict[str, Spec]:
     """Unit, possible range and meaning of the numbers of a loop that `controls` position or force."""
     si = _SI[controls]
-    return {
+    specs = {
         GAIN: Spec(f"1/{si}", 1e-9, 1e6, "valve command per error of the inner loop"),
         "loop_integral_time": Spec("s", 1e-4, 1e4, "integral time of the inner loop"),
-        "loop_derivative_time": Spec("s", 0.0, 1.0, "derivative time of the inner loop, on what it controls"),
+        _OF_POSITION: Spec("s", 0.0, 1.0, "derivative time of the inner loop, on what it controls"),
         "loop_feed_forward": Spec("s", 0.0, 1.0, "time by which the inner loop leads its reference"),
         "loop_pressure_feedback": Spec("1/Pa", 0.0, 1e-4, "valve command taken off per load pressure"),
         "loop_lag": Spec("s", 1e-5, 1.0, "time constant of the output of the inner loop"),
         DELAY: Spec("s", 0.0, 0.5, "time by which the inner loop has its reference late"),
     }
+    return {name: spec for name, spec in specs.items() if controls == POSITION or name != _OF_POSITION}
 
 
 def read_inner_loop(table: "ConfigTable", stroke: float, force: float) -> InnerLoop:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.numbers import finite
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...identify.trace.problem import EstimationProblem
@@ -15,33 +16,38 @@ PUSHES = "disturbance"  # the input by which a measured load acts
 
 
 def shares(problem: EstimationProblem, found: FittedModel, x0: np.ndarray) -> dict[str, Any]:
-    """RMS over the held-out windows, in the unit that people read: how far what is controlled `moves` about its mean,
-    what is `left` of it, the `noise`, and what of it the measured load makes (None without one).
+    """`shares`, of a rig with an inner loop whose controlled signal is compared; nothing of others.
 
-    x0 [windows, n] are the fitted initial states.
+    RMS over the held-out windows, in the unit that people read: how far what is controlled `moves` about its mean, what
+    is `left` of it, the `noise`, and what of it the measured load makes (None without one, and of windows that cannot
+    be simulated). x0 [windows, n] are the fitted initial states.
     """
     loop, windows = problem.rig.inner, problem.heldout
-    assert loop is not None
+    if loop is None or loop.controls not in windows.names:
+        return {}
     name, signal = loop.controls, SIGNALS[loop.controls]
     column = windows.names.index(name)
-    measured = np.concatenate([group.measured[..., column].ravel() for group in windows.groups])
+    compared = np.concatenate([group.weight[..., column].ravel() > 0 for group in windows.groups])
+    measured = np.concatenate([group.measured[..., column].ravel() for group in windows.groups])[compared]
     free = replace(windows, records=tuple(_unloaded(record) for record in windows.records))
     both = [found.model.predict(each, x0, found.fit.p) for each in (windows, free)]
-    predicted, alone = (np.concatenate([part[..., column].ravel() for part in parts]) for parts in both)
+    predicted, alone = (np.concatenate([part[..., column].ravel() for part in parts])[compared] for parts in both)
     loaded = any(PUSHES in record.signals for record in windows.records)
     sizes = {
         "moves": measured - measured.mean(),
         "left": predicted - measured,
         "load": predicted - alone if loaded else None,
     }
-    rms = {key: None if values is None else float(np.sqrt(np.mean(values**2))) for key, values in sizes.items()}
+    rms = {key: None if values is None else finite(np.sqrt(np.mean(values**2))) for key, values in sizes.items()}
     rms["noise"] = problem.floor.sigma[name]
     shown = {key: None if size is None else float(from_si(size, signal.unit, signal.si)) for key, size in rms.items()}
-    return {"signal": name, "unit": signal.unit, **shown}
+    return {"shares": {"signal": name, "unit": signal.unit, **shown}}
 
 
 def shares_sentence(of: dict[str, Any]) -> str:
     """The shares in words."""
+    if of["left"] is None:
+        return ""
     load = "" if of["load"] is None else f", {of['load']:.3g} of it by what was measured to push at it"
     return (
         f" {of['signal'].capitalize()} moves by {of['moves']:.3g} {of['unit']} RMS as the loop is asked{load}; "

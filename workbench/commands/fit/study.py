@@ -81,7 +81,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
         "pinned": pinned(rig),
         "sessions": sessions_json(differences),
-        **({"shares": shares(problem, model_fit, heldout.x0)} if rig.inner else {}),
+        **shares(problem, model_fit, heldout.x0),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }

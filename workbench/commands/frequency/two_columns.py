@@ -12,7 +12,7 @@ from ...base.table import ConfigTable
 from ...base.toml_text import toml_text
 from ...base.words import counted
 from ...identify.data.frequency_response import FrequencyResponse, averaged, measured_response
-from ...records.rational_fit import FitOrder, RationalFit, fit_judged, fit_rational
+from ...records.rational_fit import BENT, FitOrder, RationalFit, fit_judged, fit_rational
 from ...report import Figure, Page
 from ...rigs.linear_file import read_linear_rig
 from ...rigs.linear_rig import LinearRig
@@ -184,7 +184,7 @@ def _said(task: FrequencyTask, model: PairModel) -> str:
     return (
         f"{task.pair[1]} answers {task.pair[0]} after {round(1e3 * fit.delay, 6):.3g} ms with {parts}: within "
         f"{100 * fit.error:.2g} % rms of what was measured. Its order was chosen by {model.judged}, which it misses by "
-        f"{model.misfit:.2g} times the 95 % band, or 2 % of the response where that is more. "
+        f"{model.misfit:.2g} times the 95 % band, or {100 * BENT:g} % of the response where that is more. "
     )
 
 

@@ -43,6 +43,7 @@ def closed_loop_files(label: Mapping[str, float], name: str) -> dict[str, str]:
 
 def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
     """The text of a rig file for the numbers of LABEL [SI]."""
+    label = {key: float(f"{value:.6g}") for key, value in label.items()}  # so that half of it is written exactly
     area = label["force"] / (_SHARE * (_SUPPLY - _RETURN))
     swept, room = area * label["stroke"], (0.3 * _DEAD, 3 * _DEAD)
     mode = math.sqrt(4 * _BETA * area**2 / ((1 + 2 * _DEAD) * swept * label["M"]))  # rad/s, of mid stroke
@@ -93,7 +94,7 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
             "loop_delay": _number(2e-3, "ms", "s", "not known", (0.0, 50e-3)),
         },
         "limits": {
-            "stroke": _number(label["stroke"] / 2 * (1 - 1e-6), "mm", "m", said),
+            "stroke": _number(label["stroke"] / 2, "mm", "m", said),
             "speed": _number(2 * label["speed"], "m/s", "m/s", "twice the label's"),
             "force": _number(label["force"], "kN", "N", said),
             "command_rate": _number(200.0, "1/s", "1/s", thumb),

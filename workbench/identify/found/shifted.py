@@ -16,9 +16,7 @@ from ..trace.refit import run
 
 SHIFT = "sensor.shift"
 """Its name, as of an effect: no law in the plant, for a trace puts the channels back in their records."""
-_ROW = (
-    0.01  # of a row: no closer do two loggers sample at the instants that they say, nor is a value between rows known
-)
+_ROW = 0.01  # of a row: two loggers sample no closer than that at the instants that they say
 
 
 @dataclass(frozen=True)
