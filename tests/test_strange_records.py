@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.fit import predict_whole
 from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.fit.initial_states import FIRST_ROWS
+from workbench.identify.fit.unexplained import unexplained_signals
 from workbench.identify.trace.left_out import left_out_squares
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, refit
@@ -182,3 +185,16 @@ def test_a_learned_opening_runs_freely_through_the_half_that_was_not_fitted(tmp_
         assert left_out_squares(problem, shaped).sum() < 0.6 * left_out_squares(problem, alone).sum()
         rms = heldout_errors(problem, shaped).chi2 ** 0.5 * problem.floor.sigma["load_pressure"]
     assert rms < 0.47 * 10e5
+
+
+@pytest.mark.parametrize(("off", "said"), [(2e5, []), (2e6, ["pa", "pb"])])
+def test_pressures_that_hardly_move_are_not_of_another_rig_for_an_error_of_a_leak(off, said):
+    """An external leak puts both pressures off by a part of their level, and more than they move in a slow record."""
+    names, sigma = ("pa", "pb", "position"), np.array([1e4, 1e4, 1e-5])
+    swing = np.sin(np.linspace(0, 20, 400))[None, :, None]
+    measured = np.array([100e5, 80e5, 0.0]) + np.array([1e5, 1e5, 1e-2]) * swing
+    weight = np.broadcast_to(1 / sigma, measured.shape)
+    windows: Any = SimpleNamespace(names=names, groups=[SimpleNamespace(weight=weight, measured=measured)])
+    errors = [np.array([off, off, 1e-5]) * weight]
+    model: Any = SimpleNamespace(errors=lambda *_: errors)
+    assert unexplained_signals(model, windows, np.zeros((1, 1)), np.zeros(1)) == said
