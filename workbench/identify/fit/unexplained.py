@@ -10,6 +10,7 @@ from .windows import Windows
 _CLEAR = 10.0  # sigma: smaller errors are a matter for a trace, whatever the signal does
 _LOST = 3.0  # error over the signal's own movement within a window: a wrong unit, sign or offset
 _LEVEL = 0.05  # of a signal's own level: a smaller error may be a transducer's or a leak's, of one that hardly moves
+_LOAD = 1.5  # the same of the force, which is all error where the load has a part that nobody described
 _USELESS = 0.7  # hardly better than a constant in each window; if half of the signals are, the rig is another one
 
 
@@ -20,7 +21,8 @@ def unexplained_signals(model: Model, windows: Windows, x0: np.ndarray, p: np.nd
     """
     errors = model.errors(windows, x0, p)
     shares = {name: _shares(windows, errors, column) for column, name in enumerate(windows.names)}
-    share = {name: of_movement if of_level > _LEVEL else 0.0 for name, (of_movement, of_level) in shares.items()}
+    level = {name: _LOAD if name == "force" else _LEVEL for name in shares}
+    share = {name: of_movement if of_level > level[name] else 0.0 for name, (of_movement, of_level) in shares.items()}
     lost = [name for name, ratio in share.items() if ratio > _LOST]
     useless = [name for name, ratio in share.items() if ratio > _USELESS]
     unexplained = lost or (useless if 2 * len(useless) > len(share) else [])
