@@ -208,6 +208,18 @@ def test_what_nothing_cures_is_no_order(sample, rig):
     assert "exchange the two columns" not in str(told.value)
 
 
+def test_a_jack_that_a_starved_pump_slows_has_no_wrong_unit(sample, rig):
+    """Its position moves a tenth as far, but a factor of ten leaves a fifth of the misfit: the rig lacks something."""
+
+    def starved(s):
+        steps = np.diff(s["position"], prepend=s["position"][0])
+        most = 0.06 * np.quantile(np.abs(steps), 0.99)
+        return {"position": s["position"][0] + np.cumsum(np.clip(steps, -most, most))}
+
+    wrong = changed(sample, starved)
+    assert mistaken.mistaken(wrong, rig, scored_floor(wrong, rig)) is None
+
+
 def test_a_pressure_line_is_no_second_logger(sample, rig):
     """What an effect explains is traced, not refused: transducers that lag behind their lines."""
 

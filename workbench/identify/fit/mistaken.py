@@ -39,6 +39,7 @@ _ALIKE, _TIMES = 0.7, 4.0  # correlation and gain of a column that is in another
 _FACTORS = (*(10.0**power for power in range(-6, 7) if power), 14.5038, 1 / 14.5038, 25.4, 1 / 25.4)
 _NEAR = 3.0  # times
 _FALLS = 2.0  # times: the fall of chi2 that undoing it has to bring
+_BY_FACTOR = 10.0  # the same of a factor, which leaves what else is missing: a rig that moves less has no wrong unit
 _UNSURE = 0.15  # of a correlation: two swings of a signal that are as much alike may both be the one
 _SAME, _SHARE = 1.5, 0.01  # chi2, or share of the misfit without it, that a shift may leave where it cures
 _REFINED, _STILL = 4, 0.005  # times that a shift is found anew about a fit, or until by less than so many rows
@@ -97,6 +98,7 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
     if cures:
         best, mistake = _likeliest(cures)
         return replace(mistake, chi2=(trials.plain.chi2, best))
+    suspects = [each for each, fit in tried if each in suspects and (each.kind != "scaled" or trials.falls(each, fit))]
     declared = _chi2(model, windows) if suspects else 0.0
     if not any(_chi2(model, _without(windows, each)) < declared / _FALLS for each in suspects):
         return None
@@ -197,11 +199,16 @@ class _Trials:
         more = {one: one + float(np.mean(group) - rest) for one, group in groups.items()}
         return {name: more[one] for name, one in late.items() if abs(more[one]) > _APART * lags.period}
 
+    def falls(self, mistake: Mistake, fit: Tried) -> bool:
+        """Whether the fit without a mistake is so much better that this may have been one."""
+        times = _BY_FACTOR if mistake.kind == "scaled" else _FALLS
+        return fit.chi2 < self.plain.chi2 / times and fit.chi2 < np.inf
+
     def _cures(self, mistake: Mistake, fit: Tried) -> bool:
         """Whether the fitted rig follows the records without a mistake: its signals are predicted, and where they are
         shifted nothing else is left that counts, nor does a drive or a line that is slow explain as much."""
         undone = _without(self.windows, mistake)
-        if not fit.chi2 < self.plain.chi2 / _FALLS or not fit.chi2 < np.inf:
+        if not self.falls(mistake, fit):
             return False
         follows = _likeness(self.rehearsal.model, undone, fit)[0]
         asked = _DRIVEN if mistake.signals == ("command",) else mistake.signals
