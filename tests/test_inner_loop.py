@@ -23,6 +23,9 @@ from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
 from workbench.identify.data.frequency_response import averaged, between, measured_response
 from workbench.identify.fit.followed import _off as off
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig
+from workbench.identify.trace.told import told_effects
 from workbench.linear import equilibrium, linearise
 from workbench.link.client import LinkClient
 from workbench.link.wire_loop import stands
@@ -35,12 +38,14 @@ from workbench.records.pair import read_pair
 from workbench.rigs.driven import driven, load_driven
 from workbench.rigs.inner_loop import inner_specs
 from workbench.rigs.linear_rig import LinearRig
+from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse, Rig
 from workbench.rigs.rig_file import load_rig, save_rig
 
 SHARED = Path(__file__).parents[2] / "shared"
 LABEL = {"force": 1e5, "stroke": 0.15, "speed": 0.5, "M": 100.0}
 PERIOD, K, DELAY = 2e-3, 30.0, 6e-3
+TOLD = {"load.bias", "main.deadband", "main.asymmetry", "drive.lag"}
 
 
 @pytest.fixture(scope="module")
@@ -181,6 +186,11 @@ def test_gain_and_delay_of_a_loop_are_found_from_reference_and_position(rig, tmp
     assert shares["left"] == pytest.approx(shares["noise"], rel=0.1)
     assert shares["load"] is None
     assert shares["moves"] > 0.5
+    ladder = found["ladder"]
+    first, second, plant = (rung["left"] for rung in ladder["rungs"])
+    assert ladder["bears"] == "this plant"  # whose lands bend, and which a servo is not
+    assert min(first, second) > 1.5 * plant
+    assert plant == shares["left"]
 
 
 def _swapped(s: dict[str, np.ndarray]) -> None:
@@ -419,3 +429,16 @@ def test_a_force_loop_has_no_derivative_and_a_label_of_odd_numbers_is_a_rig(tmp_
     (tmp_path / "rig.toml").write_text(closed_loop_files(odd, "odd")["rig.toml"])
     rig = load_rig(tmp_path / "rig.toml")
     assert rig.limit("stroke") == pytest.approx(rig["S"] / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("pinned", [False, True])
+def test_what_a_loop_hides_is_said_before_any_effect_is_tried(rig, tmp_path, pinned):
+    """A lag of the drive is as good as a later reference, which nobody knows; unequal lands are as good as a bias."""
+    numbers = {**rig.numbers, "loop_delay": Number("loop_delay", 2e-3, "s", "s", "measured")} if pinned else rig.numbers
+    own = Rig(**{**vars(rig), "numbers": numbers})
+    records, own = load_driven(campaign(tmp_path / "c", own, played(lambda: own)))
+    problem = estimation_problem(records, own)
+    told = told_effects(problem, fit_rig(problem), [e for e in effects_for(own) if e.name in TOLD])
+    assert set(told.shown) | set(told.hidden) == TOLD
+    assert ("drive.lag" in told.shown) == pinned
+    assert told.alike == [["main.asymmetry", "load.bias"]]

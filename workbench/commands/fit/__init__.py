@@ -1,5 +1,6 @@
 """`jackbench fit CAMPAIGN`: the numbers of a rig that have bounds, fitted to its records.
 
-study, page, shares    one jack; what of a closed loop is the loop, its load, noise
+study, page    one jack
+shares, ladder    what of a closed loop is the loop, its load, noise; how much structure its records bear
 platform       payload and legs of a platform
 """

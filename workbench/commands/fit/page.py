@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from ...base.units import from_si
 from ...base.words import counted
 from ...identify.fit.sessions import SessionDifference
 from ...identify.found.fitted import Fitted, fitted_cells, pinned_sentence
 from ...identify.found.session_fit import SessionFit
+from ...identify.trace.information import linked
 from ...identify.trace.problem import EstimationProblem
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...report.figures import Mark
@@ -18,6 +18,7 @@ from ..common.error_page import AFTER, BEFORE, GIVEN, error_figure, error_table
 from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
+from .ladder import ladder_section, ladder_sentence
 from .shares import shares_sentence
 
 STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
@@ -40,6 +41,7 @@ def fit_page(
             "Held-out error",
             [error_figure(metrics["rms"], labels), error_table(metrics["rms"], labels, problem.free_run)],
         ),
+        *([ladder_section(metrics["ladder"])] if "ladder" in metrics else []),
         *sessions_section(problem, differences),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),
@@ -108,10 +110,7 @@ def _strongest(correlation: Mapping[str, Any]) -> list[tuple[str, str, float]]:
 
 def groups(correlation: Mapping[str, Any]) -> list[list[str]]:
     """Names of numbers of which the records know a combination only, each group linked by correlations above STRONG."""
-    names, matrix = correlation["names"], np.asarray(correlation["matrix"])
-    _, group = connected_components(np.abs(matrix) > STRONG, directed=False)
-    members = [[name for name, its in zip(names, group, strict=True) if its == k] for k in range(max(group) + 1)]
-    return [names for names in members if len(names) > 1]
+    return linked(correlation["names"], np.abs(np.asarray(correlation["matrix"])) > STRONG)
 
 
 def _pairs(correlation: Mapping[str, Any]) -> Table:
@@ -150,6 +149,7 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     if pushed or missing:
         said += pinned_sentence(problem.rig)
     said += shares_sentence(metrics["shares"]) if "shares" in metrics else ""
+    said += ladder_sentence(metrics["ladder"]) if "ladder" in metrics else ""
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."
     together = [" with ".join((", ".join(names[:-1]), names[-1])) for names in groups(metrics["correlations"])]

@@ -8,11 +8,10 @@ import numpy as np
 from ...base.numbers import finite
 from ...base.signals import SIGNALS
 from ...base.units import from_si
+from ...identify.fit.servo import PUSHES
 from ...identify.trace.problem import EstimationProblem
 from ...identify.trace.refit import FittedModel
 from ...records import Record
-
-PUSHES = "disturbance"  # the input by which a measured load acts
 
 
 def shares(problem: EstimationProblem, found: FittedModel, x0: np.ndarray) -> dict[str, Any]:

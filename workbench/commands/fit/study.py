@@ -24,6 +24,7 @@ from ..common.design_numbers import Subject
 from ..common.error_page import record_tables
 from ..common.outcome import Answer, Outcome, Progress, Stage
 from ..common.sessions import sessions, sessions_json
+from .ladder import ladder
 from .page import fit_page
 from .shares import shares
 
@@ -73,6 +74,9 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)
     in_sessions = session_fits(problem, model_fit.fit)
+    of = shares(problem, model_fit, heldout.x0)
+    if of:
+        progress("how much structure the records bear")
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
         "chi2": {"train": model_fit.fit.chi2, "heldout": finite(heldout.chi2)},
@@ -81,7 +85,8 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
         "pinned": pinned(rig),
         "sessions": sessions_json(differences),
-        **shares(problem, model_fit, heldout.x0),
+        **of,
+        **ladder(problem, of),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }

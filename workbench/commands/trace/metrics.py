@@ -1,6 +1,7 @@
 """The answer of a trace as plain numbers: trace.json, and what metrics.json has beside it."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
         **({"session_numbers": in_sessions} if in_sessions else {}),
         **({"tied": tied} if tied else {}),
         **({"alike": alike} if alike else {}),
+        **({"told": asdict(trace.told)} if trace.told else {}),
         "at_an_end": list(trace.final.fit.at_bounds),
         "pinned": pinned(trace.problem.rig),
         "failed": failed,

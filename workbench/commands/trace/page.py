@@ -37,6 +37,7 @@ from .tables import (
     unseen_signals,
     untested_table,
 )
+from .told import told_section, told_sentence
 from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, next_records, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
@@ -74,6 +75,7 @@ def trace_page(
         _own_numbers(trace, names),
         *([Section("In sessions", [session_fits_table(trace.problem, in_sessions)])] if in_sessions else []),
         *sessions_section(trace.problem, differences),
+        *told_section(trace),
         *_could_show(library, shown),
         Section("Noise floor", [noise_table(floor)]),
         _untested(trace, library),
@@ -81,7 +83,12 @@ def trace_page(
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
     said = verdict(trace, shape, None if shown is None else undetectable(shown))
-    said += learned_sentence(laws) + session_fits_sentence(in_sessions) + sessions_sentence(trace.problem, differences)
+    said += (
+        told_sentence(trace)
+        + learned_sentence(laws)
+        + session_fits_sentence(in_sessions)
+        + sessions_sentence(trace.problem, differences)
+    )
     return Page(title, said, sections), picture
 
 

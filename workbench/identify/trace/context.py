@@ -14,6 +14,7 @@ from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors, heldout_errors, numbers_explain, refit_all_windows
 from .steps import TraceProgress
 from .stored import packed, unpacked
+from .told import ToldEffects, told_effects
 from .workers import Workers, trace_workers
 
 
@@ -77,6 +78,10 @@ class TraceContext:
         return FaultLocation(
             stored["equation"], tuple((name, gain) for name, gain in stored["evidence"]), stored["parity_residuals"]
         )
+
+    def told(self, base: FittedModel) -> ToldEffects:
+        """Which effects the records tell about the rig alone, kept as a stage."""
+        return ToldEffects(**self.stage("told", lambda: asdict(told_effects(self.problem, base, self.library))))
 
     def is_misfit(self, errors: FittedModel | HeldoutErrors) -> bool:
         """Whether chi2 on what a fit did not see says that something is missing."""

@@ -11,6 +11,7 @@ from .localise import clear_evidence, likely_equations
 from .problem import EstimationProblem
 from .refit import FittedModel, HeldoutErrors
 from .rule import PARTIAL, Judgement
+from .told import ToldEffects
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class Trace:
     by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what the named effects leave of the held-out
     records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one. Not
     `finished`: the time for the search was over before all was tried. `candidates`: how many effects and numbers it
-    chose from.
+    chose from. `told`: of a closed loop, which effects its records show.
     """
 
     problem: EstimationProblem
@@ -100,6 +101,7 @@ class Trace:
     several: bool = False
     finished: bool = True
     candidates: int = 1
+    told: ToldEffects | None = None
 
     @property
     def tied(self) -> tuple[str, ...]:

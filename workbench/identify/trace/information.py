@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from ...base.errors import InputError
 from ...plant.effects import Effect
@@ -100,6 +101,13 @@ def cosines(products: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         size = np.sqrt(np.maximum(np.diag(products), 0.0))
         return np.minimum(np.abs(products) / np.outer(size, size), 1.0)
+
+
+def linked(names: Sequence[str], near: np.ndarray) -> list[list[str]]:
+    """Names in groups of two or more, each linked by pairs that are `near` [n, n] of bool."""
+    _, group = connected_components(near, directed=False)
+    members = [[name for name, its in zip(names, group, strict=True) if its == k] for k in dict.fromkeys(group)]
+    return [each for each in members if len(each) > 1]
 
 
 def sharpened(fit: Fit, information: np.ndarray, kappa: float) -> Fit:

@@ -16,6 +16,7 @@ from .locate import FaultLocation
 from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
 from .refits import FITS, run_pass
 from .several import best_of_several
+from .told import ToldEffects
 
 _PASSES = 6  # effects at most
 
@@ -23,19 +24,21 @@ _PASSES = 6  # effects at most
 @dataclass(frozen=True, eq=False)
 class SearchResult:
     """What train and select records say: the rig alone as fitted, effects in the order in which they were added, the
-    equation that lacks something (None at the floor), all passes, and whether the time sufficed for what was to be
-    tried."""
+    equation that lacks something (None at the floor), all passes, whether the time sufficed for what was to be tried,
+    and, of a closed loop that misses something, which effects its records tell."""
 
     base: FittedModel
     effects: tuple[CandidateFit, ...]
     place: FaultLocation | None
     passes: tuple[Pass, ...]
     finished: bool = True
+    told: ToldEffects | None = None
 
 
 def search_effects(context: TraceContext) -> SearchResult:
     """The effects that the rig lacks, by train and select records alone."""
-    return _Search(context).run()
+    search = _Search(context)
+    return replace(search.run(), told=search.told)
 
 
 class _Search:
@@ -43,6 +46,7 @@ class _Search:
         self._whole, self._context = context, context.timed
         self._passes: list[Pass] = []
         self._finished = True
+        self.told: ToldEffects | None = None
 
     def run(self) -> SearchResult:
         """The whole search."""
@@ -54,6 +58,9 @@ class _Search:
             context.report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")
             if not context.is_misfit(base):
                 return SearchResult(base, (), None, tuple(self._passes))
+            if context.problem.rig.inner and self.told is None:
+                context.report_progress("which effects the records of a closed loop show")
+                self.told = self._whole.told(base)
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = self._whole.location(name, base, ahead=3)
             if context.several and context.problem.train.from_rest:

@@ -67,6 +67,7 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
         several=context.several,
         finished=search.finished,
         candidates=len(context.library),
+        told=search.told,
     )
 
 
