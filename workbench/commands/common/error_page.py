@@ -16,9 +16,9 @@ GIVEN, BEFORE, BETWEEN, AFTER = "#8c959f", "#d55e00", "#cc79a7", "#0072b2"  # wh
 _FEW_TIMES = 3.0  # a larger span of errors is drawn on a log axis
 
 SCORED = {
-    False: "Held-out records, windows of 0.5 s with refitted initial states; input: the recorded command.",
+    False: "Held-out records, windows of 0.5 s with refitted initial states; inputs: as recorded.",
     True: f"Held-out records, one free run each from the state that fits the first {FIRST_ROWS} rows, or from rest if "
-    "the jack rests in them; input: the recorded command.",
+    "the jack rests in them; inputs: as recorded.",
 }
 """What the errors are of, by whether they are scored by a free run."""
 

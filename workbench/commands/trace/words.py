@@ -227,7 +227,13 @@ def title(effect: Effect) -> str:
 
 
 def next_records(trace: Trace) -> list[tuple[str, str]]:
-    """What to record next: an effect in question, or the equation, and the excitation that shows it best."""
+    """What to record next: an effect in question, or the equation, and the excitation that shows it best; of a loop
+    that somebody else closed its reference is what can be moved."""
+    moved = "reference" if trace.problem.rig.inner else "command"
+    return [(about, record.replace("command", moved)) for about, record in _next_records(trace)]
+
+
+def _next_records(trace: Trace) -> list[tuple[str, str]]:
     if trace.verdict == "none" or trace.equation is None:
         return []
     if not trace.effects and set(trace.equations) == BETWEEN:

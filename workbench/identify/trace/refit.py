@@ -77,18 +77,32 @@ class HeldoutErrors:
 
 
 def fit_rig(
-    problem: EstimationProblem, starts: int = 1, report_progress: Callable[[str], None] = lambda _: None
+    problem: EstimationProblem,
+    starts: int = 1,
+    report_progress: Callable[[str], None] = lambda _: None,
+    follows: bool = True,
 ) -> FittedModel:
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best.
 
-    Free runs are fitted in blocks first, from which whole records are in reach; those from rest need none.
+    Free runs are fitted in blocks first, from which whole records are in reach; those from rest need none. `follows`:
+    whether a rig that does not follow its records is refused; see `check_follows`.
     """
     if not problem.free_run or problem.train.from_rest:
-        return _fit_from(problem, starts, report_progress)
-    return refit_all_windows(problem, _fit_from(problem.in_blocks(), starts, report_progress))
+        return _fit_from(problem, starts, report_progress, follows)
+    return refit_all_windows(problem, _fit_from(problem.in_blocks(), starts, report_progress, follows))
 
 
-def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable[[str], None]) -> FittedModel:
+def check_follows(problem: EstimationProblem, model_fit: FittedModel) -> None:
+    """Raises InputError where a fit is no nearer to the train records than constants: they are not of this rig then,
+    or misread, unless an effect that the rig lacks explains them."""
+    fit = model_fit.fit
+    if lost := unexplained_signals(model_fit.model, problem.train, fit.x0, fit.p):
+        raise _lost(problem, lost)
+
+
+def _fit_from(
+    problem: EstimationProblem, starts: int, report_progress: Callable[[str], None], follows: bool
+) -> FittedModel:
     free, model = problem.free, problem.model()
     random = np.random.default_rng(0)
     best, lost = None, ["any signal"]
@@ -98,15 +112,19 @@ def _fit_from(problem: EstimationProblem, starts: int, report_progress: Callable
         guess = model.starts(problem.train, p)
         fit = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
         if fit.ok and (best is None or fit.squares.sum() < best.squares.sum()):
-            best, lost = fit, unexplained_signals(model, problem.train, fit.x0, fit.p)
+            best, lost = fit, unexplained_signals(model, problem.train, fit.x0, fit.p) if follows else []
         if best is not None and not lost:  # no progress line before it is clear that the input is not refused
             report_progress(f"start {start + 1}: chi2 {fit.chi2:.4g} on the train records")
     if best is None or lost:
-        raise InputError(
-            f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(lost)} than a constant "
-            "would be; check units and signs, and whether the records are this rig's"
-        )
+        raise _lost(problem, lost)
     return with_selection(problem, model, best, ())
+
+
+def _lost(problem: EstimationProblem, names: Sequence[str]) -> InputError:
+    return InputError(
+        f"{problem.campaign.path}: {problem.rig.name}, fitted, is no nearer to {', '.join(names)} than a constant "
+        "would be; check units and signs, and whether the records are this rig's"
+    )
 
 
 def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:

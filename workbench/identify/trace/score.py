@@ -23,6 +23,7 @@ from ..fit.windows import Windows
 STRENGTHS = (0.03, 0.3, 2.0)  # of typical: an effect that is not linear in its strength shows at one of them
 _STEP, _FURTHER = 0.3, 3  # to the next lower strength where the least is too strong, and how many times
 _TELLING, _LONGEST = 12, 30.0  # windows: 6 s; of longer ones as many as last 30 s
+_DEAD = 1e-3  # of what an effect changes as it was tried: it is as good as off
 _SMALLEST, _LARGEST = 0.2, 5.0  # how far beyond a tried strength the fit may be started
 
 
@@ -162,7 +163,16 @@ def score(
     best = max(trials, key=lambda trial: trial.gain, default=None)
     if best is None or best.gain == 0:
         return Score(Candidate(effect, at_strength(effect, 1.0)), 0.0, np.zeros_like(left), trials)
-    return Score(best.candidate(), best.gain, best.shape, trials)
+    return Score(_begun(best, trials_of), best.gain, best.shape, trials)
+
+
+def _begun(best: EffectDirection, trials_of: Callable[..., list[EffectDirection | None]]) -> Candidate:
+    """The numbers to start a refit from: where the effect fits best alone, or, where it is as good as off there since
+    it acts beyond a threshold, as it was tried."""
+    nearer = replace(best.tried, strength=best.tried.strength * float(np.clip(abs(best.factor), _SMALLEST, 1.0)))
+    (there,) = trials_of([nearer]) if nearer.strength < best.tried.strength else [best]
+    dead = there is not None and there.square < _DEAD * best.square
+    return best.candidate(float(np.sqrt(best.square)) if dead else None)
 
 
 def worst_windows(windows: Windows, fit: Fit) -> tuple[Windows, Fit]:

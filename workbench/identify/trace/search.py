@@ -52,7 +52,7 @@ class _Search:
         """The whole search."""
         context = self._context
         context.steps.begin("fit of the rig alone", FITS, ahead=1)
-        base = context.fit("base", lambda: fit_rig(context.problem))
+        base = context.fit("base", lambda: fit_rig(context.problem, follows=False))
         context.steps.done()
         while True:
             context.report_progress(f"rig alone: chi2 {base.chi2:.4g} on what it did not see")

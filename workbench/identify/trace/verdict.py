@@ -10,7 +10,7 @@ from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, LearnedShape, Trace, partial_effect
 from .locate import FaultLocation
-from .refit import FittedModel, HeldoutErrors
+from .refit import FittedModel, HeldoutErrors, check_follows
 from .search import SearchResult
 from .shapes import ROUNDS, best_reshaping
 
@@ -18,7 +18,7 @@ from .shapes import ROUNDS, best_reshaping
 def judge_search(context: TraceContext, search: SearchResult, learns: bool = True) -> Trace:
     """The answer of a trace; `learns`: where names leave a misfit, its shape is learned.
 
-    Raises InputError where the rig cannot follow the held-out records.
+    Raises InputError where the rig cannot follow the held-out records, or no effect makes it follow any.
     """
     place = search.place
     context.steps.begin("held-out records", "held-out")
@@ -44,6 +44,8 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
     by_numbers = bool(effects) and not context.several and context.is_misfit(plain)
     by_numbers = by_numbers and context.numbers_explain(named, plain)
     verdict = _verdict(context, before, plain, effects, place, by_numbers)
+    if verdict == "unknown":
+        check_follows(context.problem, search.base)
     final, after, learned = named, plain, ()
     lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
     if learns and lacks and not (context.several and context.problem.train.from_rest):
