@@ -23,6 +23,8 @@ from workbench.identify.trace.score import STRENGTHS, NuisanceProjection, score,
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import LIBRARY, find, with_apart
 from workbench.records import Campaign, Record
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 RIG = load_rig("festo-tp511")
@@ -112,6 +114,22 @@ def test_an_effect_that_is_too_strong_at_every_strength_is_scored_at_less(force,
         scored = score(RIG, (), FRICTION, alone.model, windows, fit, rest)
     assert (min(trial.tried.strength for trial in scored.trials) < STRENGTHS[0]) is weaker
     assert scored.candidate.start["Fc"] == pytest.approx(force, rel=0.5)
+
+
+def test_an_effect_that_acts_beyond_a_threshold_starts_where_it_acts():
+    """A largest speed of the spool that the records just reach: half of that time of travel is no limit at all."""
+    number = Number("T", 0.025, "s", "s", "made up")
+    slow = replace(RIG, effects=(EffectUse("main.rate", "symmetric", {"T": number}),))
+    effect = find("main.rate", "symmetric")
+    with one_blas_thread():
+        problem = estimation_problem(campaign(slow), RIG)
+        alone = fit_rig(problem)
+        windows, fit = worst_windows(problem.train, alone.fit)
+        scored = score(RIG, (), effect, alone.model, windows, fit, NuisanceProjection(alone.model, windows, fit))
+        found = refit(problem, alone, scored.candidate)
+    assert scored.candidate.start["T"] > 0.02
+    assert found.chi2 - 1 < 0.05 * (alone.chi2 - 1)
+    assert dict(zip(found.model.parameters, found.fit.p, strict=True))["main.rate.T"] == pytest.approx(0.025, rel=0.05)
 
 
 def test_lines_of_two_transducers_need_not_be_alike():
