@@ -17,6 +17,7 @@ from workbench.plant import build, build_platform
 from workbench.plant.effects import LIBRARY, PUMP_LIBRARY
 from workbench.rigs import schema
 from workbench.rigs.jack import JACKS
+from workbench.rigs.line_valve import LINE_VALVES
 from workbench.rigs.load import LOADS
 from workbench.rigs.platform import load_platform, platform
 from workbench.rigs.platform.effects import EFFECTS
@@ -29,6 +30,7 @@ SECONDS = 0.1  # of a run at a bound
 
 def of_rigs():
     tables = [schema.SUPPLY, schema.OIL, schema.LOAD, schema.LIMITS, schema.CONTROL, schema.SHUT_OFF, *LOADS.values()]
+    tables += LINE_VALVES.values()
     tables += [kind.numbers for kind in JACKS.values()]
     for kind in VALVES.values():
         tables += [kind.numbers, *kind.correctors.values()]

@@ -8,6 +8,7 @@ from workbench.rigs import schema
 from workbench.rigs.datasheet_keys import RESPONSE, figures
 from workbench.rigs.inner_loop import FORCE, POSITION, inner_specs
 from workbench.rigs.jack import JACKS
+from workbench.rigs.line_valve import CHECK, COUNTERBALANCE, LINE_VALVES, SIDES
 from workbench.rigs.load import LOADS
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import bundled, load_rig
@@ -104,6 +105,15 @@ def _rig_file() -> str:
         f"is {_or((POSITION, FORCE))}, `full_command` the reference at command 1. These are of a loop of position; one "
         "of force has 1/N in the place of 1/m. Only the first number must be there:",
         spec_table(inner_specs(POSITION)),
+        "## `[line_valve]`",
+        "A valve in a line behind the servo-valve, where there is one, which lets oil into the chamber freely and out "
+        f"only when it is opened, see [](../physics.md). `kind` is {_or(list(LINE_VALVES))}; `side` is the line, "
+        f"{_or(list(SIDES))} with the same valve in each. The other line is its pilot. `pa` and `pb` are then measured "
+        "in the chambers; the servo-valve sees `line_pa` and `line_pb`. All of these must be there. A datasheet's "
+        "60 l/min at a drop of 4 bar, fully open, are 1.58e-6 m^3/s/Pa^0.5:",
+        spec_table(LINE_VALVES[CHECK]),
+        f'Further numbers with `kind = "{COUNTERBALANCE}"`:',
+        spec_table({k: spec for k, spec in LINE_VALVES[COUNTERBALANCE].items() if k not in LINE_VALVES[CHECK]}),
         "## `[limits]`",
         spec_table(schema.LIMITS),
         f"`stop` says what the guard does after a trip: {_or(schema.STOPS)}; without it {code(schema.STOPS[0])}.",
@@ -183,7 +193,7 @@ def _shown(value: Number | None) -> str:
 def _places() -> dict[str, tuple[str, Spec]]:
     """Every number: the table of the rig file that it is in, and what is known of it."""
     tables = {"supply": schema.SUPPLY, "oil": schema.OIL, "load": schema.LOAD}
-    tables["inner"] = inner_specs(POSITION)
+    tables |= {"inner": inner_specs(POSITION), "line_valve": LINE_VALVES[COUNTERBALANCE]}
     places = {name: (section, spec) for section, specs in tables.items() for name, spec in specs.items()}
     for kind in VALVES.values():
         for specs in (kind.numbers, *kind.correctors.values()):

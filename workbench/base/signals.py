@@ -1,8 +1,12 @@
 """The signals of a jack rig: the names that records, plants and reports share, with their units."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from .units import from_si
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,8 @@ SIGNALS: dict[str, Signal] = {
         Signal("pa", "Pa", "bar", "pressure of chamber A, absolute"),
         Signal("pb", "Pa", "bar", "pressure of chamber B, absolute"),
         Signal("load_pressure", "Pa", "bar", "pressure of chamber A less that of chamber B"),
+        Signal("line_pa", "Pa", "bar", "pressure of line A before a line valve, at the servo-valve, absolute"),
+        Signal("line_pb", "Pa", "bar", "pressure of line B before a line valve, at the servo-valve, absolute"),
         Signal("supply", "Pa", "bar", "supply pressure at the valve"),
         Signal("position", "m", "mm", "jack position, 0 at mid stroke unless the rig says otherwise"),
         Signal("velocity", "m/s", "m/s", "jack velocity"),
@@ -77,6 +83,19 @@ PLATFORM = {
 def output_signal(name: str) -> Signal:
     """What an output of a plant is: a signal of a jack, "leg2.position" of a leg, or one of a platform."""
     return PLATFORM[name] if name in PLATFORM else SIGNALS[name.rpartition(".")[2]]
+
+
+LINE_PRESSURES = ("line_pa", "line_pb")
+"""What the ports A and B of a servo-valve see where a valve in the line parts it from the chamber."""
+
+
+def port_pressures(signals: Mapping[str, T], of: str = "") -> tuple[T, T]:
+    """What the ports A and B of a servo-valve see [Pa], from signals of a run; `of` goes before their names."""
+    a, b = (
+        signals[of + (line if of + line in signals else chamber)]
+        for line, chamber in zip(LINE_PRESSURES, ("pa", "pb"), strict=True)
+    )
+    return a, b
 
 
 DRIVING = ("command", "reference", "force_reference")

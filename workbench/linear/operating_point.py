@@ -1,11 +1,13 @@
 """Operating points: at rest, at constant command, and moving at constant speed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from ..base.errors import InputError, nearest
+from ..rigs.line_valve import SPRINGS
 from ..rigs.oil import ATMOSPHERE
 
 if TYPE_CHECKING:
@@ -18,6 +20,8 @@ _BALANCED = 1e-7  # of each equation's largest slope: below it a rate has vanish
 _OPEN = 0.3  # command at which a pump's direction valves are open
 _ON_THE_WAY = 16  # steps from rest to a point that no search reaches at once
 _SETTLING = 10.0  # s: longer than any but a leak takes
+_SOFTER = 1.6 ** np.arange(15, -1, -1)  # times the pressure over which a line valve opens
+_FIRST_STEP, _LAST_STEP, _GROWTH = 1e-5, 1e4, 1.1  # s, s, and from one to the next, of implicit steps in time
 
 T = TypeVar("T", float, np.ndarray)
 
@@ -84,7 +88,11 @@ def equilibrium(
     if plant.n in columns:
         base[plant.state("v")] = speed or 0.0
     solve = Balance(plant, p, base, columns, balanced)
-    if columns == balanced and any(state.held for state in plant.states):
+    if any(state.parted for state in plant.states):
+        best = solve.relaxed(np.zeros(len(columns)))
+        if solve.misses(best):
+            best = solve.with_springs_that_stiffen(Balance.relaxed)
+    elif columns == balanced and any(state.held for state in plant.states):
         best = solve.settled()
     else:
         best = min((solve.search(start) for start in solve.starts()), key=lambda solution: solution.cost)
@@ -211,6 +219,37 @@ class Balance:
         run = solve_ivp(rates, (0.0, _SETTLING), np.zeros(len(self.columns)), "Radau", jac=slopes)
         return self.search(run.y[:, -1])
 
+    @property
+    def springs(self) -> list[int]:
+        """Places of the parameters that are the pressures over which line valves open."""
+        return [i for i, name in enumerate(self.plant.parameters) if name.rpartition(".")[2] in SPRINGS]
+
+    def with_springs_that_stiffen(self, search: "Callable[[Balance, np.ndarray], OptimizeResult]") -> "OptimizeResult":
+        """The last of searches, each from where the last ended, with line valves that open over ever less pressure,
+        down to their own."""
+        z = np.zeros(len(self.columns))
+        for softer in _SOFTER:
+            p = self._p.copy()
+            p[self.springs] *= softer
+            z = search(Balance(self.plant, p, self.base, self.columns, self.balanced), z).x
+        return self.search(z)
+
+    def relaxed(self, start: np.ndarray) -> "OptimizeResult":
+        """A search from where linearly implicit Euler steps in time lead, which grow and so damp what never settles, as
+        a check valve hunts that a pilot lifts under a load that overruns. Behind a valve that is shut, slopes alone
+        lead nowhere. A command that is unknown falls as the jack, whose speed is held then, would gain speed.
+        """
+        n, v = self.plant.n, self.balanced.index(self.plant.state("v"))
+        rows = [v if column == n else self.balanced.index(column) for column in self.columns]
+        sizes = np.where(np.array(self.columns) == n, -self.plant.scale[self.balanced[v]], self.scale)
+        z, step, own = start, _FIRST_STEP, np.eye(len(rows))
+        while step < _LAST_STEP:
+            motion = np.array(self._rates(*self.unpack(z))).ravel()[self.balanced][rows] / sizes
+            slopes = self._jacobian_si(z)[rows] * self.scale / sizes[:, None]
+            z = z + np.linalg.solve(own / step - slopes, motion)
+            step *= _GROWTH
+        return self.search(z)
+
     def search(self, start: np.ndarray, full: bool = False) -> "OptimizeResult":
         """A damped Gauss-Newton search from these scaled unknowns; `full`: without gas in chambers, from where
         nothing leads back."""
@@ -220,5 +259,13 @@ class Balance:
         chambers = full & (np.array(units)[self.columns] == "Pa")
         low = np.where(chambers, -(ATMOSPHERE + self.base[self.columns]) / self.scale, -np.inf)
         return least_squares(
-            self.residual, start, self.slope, (low, np.inf), "trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=300
+            self.residual,
+            np.maximum(start, low),
+            self.slope,
+            (low, np.inf),
+            "trf",
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+            max_nfev=300,
         )

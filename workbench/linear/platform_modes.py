@@ -33,6 +33,8 @@ def platform_equilibrium(
     balanced = [*own, *range(first + LEGS, first + 2 * LEGS)]
     balance = Balance(plant, plant.p if p is None else p, base, columns, balanced)
     solution = balance.search(np.zeros(len(columns)))
+    if balance.springs and balance.misses(solution):
+        solution = balance.with_springs_that_stiffen(Balance.search)
     residual = np.abs(balance.residual(solution.x))
     if residual.max() > _BALANCED:
         name = names[balanced[int(np.argmax(residual))]]

@@ -59,7 +59,7 @@ def guard_shape(
 ) -> GuardShape:
     """What the guard of a rig reads of the measured `signals`, where a controller needs those of `measures`."""
     read = tuple(name for name in dict.fromkeys((*signals, "position")) if name in (*measures, *WATCHED))
-    return GuardShape(read, rig.is_throttled, carried is not None, carried is not None or rig.load != ROD_CELL)
+    return GuardShape(read, rig.is_metered, carried is not None, carried is not None or rig.load != ROD_CELL)
 
 
 def guard_numbers(

@@ -7,6 +7,7 @@ from time import perf_counter_ns
 
 import numpy as np
 
+from ..base.signals import port_pressures
 from ..control.controller_spec import ControllerSpec
 from ..plant.valve.supply import supply_power
 from ..rigs.rig import Rig
@@ -30,7 +31,7 @@ def supply_energy(rig: Rig, run: LoopRun) -> SupplyEnergy:
     if not rig.is_jack:
         return SupplyEnergy(None, None)
     t, signals = run.record.t, run.record.signals
-    power = supply_power(rig, *(signals[name] for name in ("spool", "pa", "pb", "supply")))
+    power = supply_power(rig, signals["spool"], *port_pressures(signals), signals["supply"])
     energy = float(np.trapezoid(power, t))
     return SupplyEnergy(energy, energy - float(power[0] * (t[-1] - t[0])))
 

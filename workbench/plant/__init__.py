@@ -4,6 +4,7 @@ build       a rig's whole plant, its force port, and the flow benches of its pil
 assembly    a finished plant, and how parts declare states, rates, outputs and slots
 valve/      the kinds of valve with their equations
 jack        the two chambers around the piston, leakage and end stops; mass, specimen, a second cylinder
+line_valve  a pilot-operated check or a counterbalance valve between servo-valve and chamber
 oil         a chamber's oil, with the gas that comes out of it below 1 atm
 inner_loop  the loop of somebody else's controller around the valve
 orifice     laws of orifices, laps, stops and flow forces

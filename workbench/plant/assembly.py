@@ -20,7 +20,8 @@ class Variable:
 
     `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position;
     `number` is the number that it starts at. `follows` names the state that it comes to, where nothing moves. `memory`:
-    it stays where it was until something drags it along.
+    it stays where it was until something drags it along. `parted`: a line that a valve may part from the chamber
+    that it follows.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Variable:
     number: str = ""
     follows: str = ""
     memory: bool = False
+    parted: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,10 +225,11 @@ class Assembly:
         number: str = "",
         follows: str = "",
         memory: bool = False,
+        parted: bool = False,
     ) -> ca.SX:
         """Declare a state, a store that starts at a number if it names one; returns its symbol."""
         start = self._values[number] if number else start
-        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows, memory)
+        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows, memory, parted)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 

@@ -1,14 +1,16 @@
 """The only place where a plant is assembled from its parts."""
 
 from collections.abc import Sequence
+from functools import reduce
 
 import casadi as ca
 
 from ..base.errors import InputError
+from ..base.signals import LINE_PRESSURES
 from ..rigs.inner_loop import POSITION
 from ..rigs.linear_rig import LinearRig
 from ..rigs.rig import Rig
-from . import jack as jacks
+from . import jack as jacks, line_valve as line_valves
 from .assembly import Assembly, Plant
 from .effects import Effect, applies, known_effects, missing, resolve
 from .inner_loop import valve_command
@@ -50,7 +52,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     b = _assembly(rig, rig.name, also)
     _check_slots(rig, b.effects)
     command = b.input("command", "1", 1.0)
-    cylinder = jacks.chambers(b, rig.jack_kind, VALVES[rig.valve].rest_pressure(rig))
+    cylinder, lines = _oil(b, rig)
     x = b.state("x", "m", rig["S"] / 2)
     v = b.state("v", "m/s", rig.limit("speed"))
     supply = b.slot("supply", b["Ps"])
@@ -59,7 +61,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     if rig.inner:
         controlled = travel + b["xmid"] if rig.inner.controls == POSITION else force
         command = valve_command(b, rig.inner, command, controlled, speed, cylinder.pa - cylinder.pb)
-    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
+    ports, valve, flows = _through_lines(b, rig, command, cylinder, lines, supply)
     jacks.fill(b, cylinder, flows, travel, speed, b["Pr"])
     if "AL" in b:
         force += loader_force(b, valve, x, v)
@@ -67,7 +69,7 @@ def build(rig: Rig, also: Sequence[Effect] = ()) -> Plant:
     acceleration = _acceleration(b, rod, force, x, v)
     b.rate("x", v)
     b.rate("v", acceleration)
-    _outputs(b, valve, cylinder, ports, supply)
+    _outputs(b, valve, cylinder, lines, ports, supply)
     b.output(
         position=travel + b["xmid"],
         velocity=speed,
@@ -99,11 +101,11 @@ def build_force_port(rig: Rig) -> Plant:
     command = b.input("command", "1", 1.0)
     x = b.input("position", "m", rig["S"] / 2) - b["xmid"]
     v = b.input("velocity", "m/s", rig.limit("speed"))
-    cylinder = jacks.chambers(b, rig.jack_kind, VALVES[rig.valve].rest_pressure(rig))
+    cylinder, lines = _oil(b, rig)
     supply = b.slot("supply", b["Ps"])
-    ports, valve, flows = _through_lines(b, rig, command, cylinder, supply)
+    ports, valve, flows = _through_lines(b, rig, command, cylinder, lines, supply)
     jacks.fill(b, cylinder, flows, x, v, b["Pr"])
-    _outputs(b, valve, cylinder, ports, supply)
+    _outputs(b, valve, cylinder, lines, ports, supply)
     b.output(force=jacks.rod_force(b, cylinder, x, v))
     b.measure()
     return b.finish()
@@ -190,29 +192,51 @@ def _draw(b: Assembly, rig: Rig, valve: ValveFlows, supply: ca.SX) -> None:
     b.slot("supply_flow", None, flow=drawn, rated=VALVES[rig.valve].rated_flow(b), supply=supply)
 
 
+def _oil(b: Assembly, rig: Rig) -> tuple[jacks.Chambers, line_valves.Lines]:
+    """The chambers, and the lines that valves in them part from these."""
+    rest = VALVES[rig.valve].rest_pressure(rig)
+    cylinder = jacks.chambers(b, rig.jack_kind, rest)
+    return cylinder, line_valves.lines(b, rig.line_valve, cylinder, rest)
+
+
 def _through_lines(
-    b: Assembly, rig: Rig, command: ca.SX, cylinder: jacks.Chambers, supply: ca.SX
+    b: Assembly, rig: Rig, command: ca.SX, cylinder: jacks.Chambers, lines: line_valves.Lines, supply: ca.SX
 ) -> tuple[_Pair, ValveFlows, _Pair]:
     """What the valve's ports see [Pa], the flows of one valve, and what comes of all to the chambers [m^3/s]."""
+    far = line_valves.ends(lines, cylinder)
     rated, middle = VALVES[rig.valve].rated_flow(b), b["S"] / 2 * (cylinder.area_a + cylinder.area_b) / 2
-    ports = b.slot("ports", (cylinder.pa, cylinder.pb))
+    ports = b.slot("ports", far)
     valve = VALVES[rig.valve].flows(b, command, Lands(ports[0], ports[1], supply, b["Pr"]), supply, b["Pr"])
     _draw(b, rig, valve, supply)
     flows = b.slot(
         "line_flows",
         (b["n"] * valve.into_a, b["n"] * valve.out_of_b),
-        pa=cylinder.pa,
-        pb=cylinder.pb,
+        pa=far[0],
+        pb=far[1],
         volume=middle + (cylinder.dead_a + cylinder.dead_b) / 2,
         beta=b["beta"],
         rated=rated,
         feed=b["Ps"],
     )
-    return ports, valve, flows
+    return ports, valve, line_valves.passed(b, rig.line_valve, lines, cylinder, flows)
 
 
-def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, ports: _Pair, supply: ca.SX) -> None:
-    pa, pb = (b.sensor(name, port) for name, port in zip(("pa", "pb"), ports, strict=True))
+def _outputs(
+    b: Assembly,
+    valve: ValveFlows,
+    cylinder: jacks.Chambers,
+    lines: line_valves.Lines,
+    ports: _Pair,
+    supply: ca.SX,
+) -> None:
+    """Signals of valve and chambers; a pressure is measured at the servo-valve, or behind a line valve."""
+    oil, read, lowest = (cylinder.pa, cylinder.pb), list(ports), [cylinder.pa, cylinder.pb]
+    for side, line in enumerate(lines):
+        if line:
+            read[side] = oil[side]
+            lowest.append(line.pressure)
+            b.output(**{LINE_PRESSURES[side]: ports[side]})
+    pa, pb = (b.sensor(name, pressure) for name, pressure in zip(("pa", "pb"), read, strict=True))
     b.output(
         **valve.signals,
         pa=pa,
@@ -220,5 +244,5 @@ def _outputs(b: Assembly, valve: ValveFlows, cylinder: jacks.Chambers, ports: _P
         load_pressure=pa - pb,
         supply=supply,
         jack_force=cylinder.force,
-        lowest_pressure=ca.fmin(valve.lowest, ca.fmin(cylinder.pa, cylinder.pb)) + above_vacuum(b),
+        lowest_pressure=ca.fmin(valve.lowest, reduce(ca.fmin, lowest)) + above_vacuum(b),
     )

@@ -39,9 +39,9 @@ def above_vacuum(b: Assembly) -> ca.SX:
     return ca.fmax(ATMOSPHERE - b["Pr"], 0)
 
 
-def chamber(b: Assembly, name: str, scale: float, start: float = 0.0) -> Chamber:
-    """Declare a chamber's state [Pa], large at `scale` and starting at `start`."""
-    s = b.state(name, "Pa", scale, start)
+def chamber(b: Assembly, name: str, scale: float, start: float = 0.0, follows: str = "") -> Chamber:
+    """Declare a chamber's state [Pa], large at `scale` and starting at `start`; a line `follows` its chamber's."""
+    s = b.state(name, "Pa", scale, start, follows=follows, parted=bool(follows))
     span = ATMOSPHERE - _KNEE - b.get("Pv", VAPOUR_PRESSURE)
     gas = b.get("gas", GAS_CONTENT) * ATMOSPHERE * b["beta"]
     depth = ca.fmax(ATMOSPHERE - above_vacuum(b) - s, 0)

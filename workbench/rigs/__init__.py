@@ -9,6 +9,7 @@ valve/      the kinds of valve: their numbers, spool loops, slots and stages
 inner_loop  the loop of somebody else's controller, whose reference is the rig's command
 driven      a campaign with what drives its rig as the command
 jack, load  the kinds of jack and of load
+line_valve  a valve in the lines that lets oil out of the jack only when it is opened
 limited     the signals that stay within limits, and whose each limit is
 tolerances  how far a number may be off where its datasheet does not say
 shut_off    a valve in the lines that the guard closes on a trip

@@ -12,6 +12,7 @@ from . import schema
 from .inner_loop import InnerLoop
 from .jack import JACKS, JackKind
 from .limited import SignalLimit
+from .line_valve import LineValve
 from .load import LOADS, ROD_CELL, SPECIMEN
 from .number import Number
 from .rig_table import rig_table
@@ -40,8 +41,8 @@ class Rig(Mapping[str, float]):
 
     `numbers` are those of the plant; `limits`, `period` and `computing_delay`, from a sample to its command, those of
     its controller, with the `deadline` of what computes; where somebody else's controller closes an `inner` loop, the
-    rig's command is that one's reference; `stop` what its guard does after a trip, `shut_off` the valve
-    that it closes then, where there is one.
+    rig's command is that one's reference; `line_valve` is in the lines to the jack, where there is one; `stop` what its
+    guard does after a trip, `shut_off` the valve that it closes then, where there is one.
 
     `further_limits`: those of a live rig that was joined, on signals that `limits` say nothing of.
 
@@ -68,6 +69,7 @@ class Rig(Mapping[str, float]):
     deadline: Number | None = None
     load: str = SPECIMEN
     inner: InnerLoop | None = None
+    line_valve: LineValve | None = None
     shut_off: ShutOff | None = None
     further_limits: tuple[SignalLimit, ...] = ()
 
@@ -98,8 +100,12 @@ class Rig(Mapping[str, float]):
     @property
     def specs(self) -> Mapping[str, Spec]:
         """Unit, possible range and meaning of every number that the plant may have."""
-        inner = self.inner.specs if self.inner else {}
-        return {**number_specs(self.valve, self.corrector, self.jack, self.load), **schema.GAS, **inner}
+        return {**number_specs(self.valve, self.corrector, self.jack, self.load), **schema.GAS, **self._optional_specs}
+
+    @property
+    def _optional_specs(self) -> Mapping[str, Spec]:
+        """Those of the tables that a rig may have: an inner loop and a line valve."""
+        return {name: spec for part in (self.inner, self.line_valve) if part for name, spec in part.specs.items()}
 
     @property
     def valve_kind(self) -> ValveKind:
@@ -125,8 +131,9 @@ class Rig(Mapping[str, float]):
 
     @property
     def kind(self) -> str:
-        """What rigs of a set share: the names of their numbers, and effects with their formulas."""
-        return f"{sorted(self.numbers)} {[(use.name, use.formula) for use in self.effects]}"
+        """What rigs of a set share: the names of their numbers, effects with their formulas, where a line valve is."""
+        side = f" {self.line_valve.side}" if self.line_valve else ""
+        return f"{sorted(self.numbers)} {[(use.name, use.formula) for use in self.effects]}{side}"
 
     @property
     def control(self) -> tuple[Number, ...]:
@@ -171,6 +178,12 @@ class Rig(Mapping[str, float]):
         return self.valve_kind.has_lands
 
     @property
+    def is_metered(self) -> bool:
+        """Whether these lands see the chambers' pressures, so that they say how fast the jack is: no line valve parts
+        them."""
+        return self.is_throttled and self.line_valve is None
+
+    @property
     def takes_load(self) -> bool:
         """Whether a force can push at it."""
         return True
@@ -196,8 +209,8 @@ class Rig(Mapping[str, float]):
         specs = number_specs(self.valve, corrector, self.jack, self.load)
         if missing := [name for name in specs if name not in self.numbers]:
             raise InputError(f"rig {self.name}: corrector {corrector} needs {missing[0]}, which the rig file lacks")
-        further = self.inner.specs if self.inner else ()
-        numbers = {name: self.numbers[name] for name in (*specs, *schema.GAS, *further) if name in self.numbers}
+        names = (*specs, *schema.GAS, *self._optional_specs)
+        numbers = {name: self.numbers[name] for name in names if name in self.numbers}
         return replace(self, corrector=corrector, numbers=numbers)
 
     def with_values(self, **values: float) -> "Rig":

@@ -1,10 +1,11 @@
 """Rig files, read and written.
 
 A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`), `jack` (`kind`), `load` (`kind`),
-`inner` (`controls`), `limits`, `control`, `sensors.NAME`, `shut_off`, `effects` and `sessions.NAME`; `effect_files`
-lists Python files beside it with a user's own effects. A number is `{value = 2.29, unit = "mm", source = "...",
-bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may move it, `interval` within what a fit knows it
-(95 %). A session has numbers of the plant that were others in the records of a campaign's session of that name.
+`inner` (`controls`), `line_valve` (`kind`, `side`), `limits`, `control`, `sensors.NAME`, `shut_off`, `effects` and
+`sessions.NAME`; `effect_files` lists Python files beside it with a user's own effects. A number is `{value = 2.29,
+unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may move it,
+`interval` within what a fit knows it (95 %). A session has numbers of the plant that were others in the records of a
+campaign's session of that name.
 Everything is SI once read.
 """
 
@@ -20,6 +21,7 @@ from ..base.units import Spec
 from . import schema
 from .inner_loop import read_inner_loop
 from .jack import JACKS
+from .line_valve import read_line_valve
 from .load import LOADS, SPECIMEN
 from .number import Number, read_number
 from .rig import COMPUTING_DELAY, EffectUse, Rig, number_specs
@@ -32,7 +34,7 @@ from .valve import VALVES
 TITLES = ("name", "title", "source", "recordings", "effect_files")
 NO_CORRECTOR = "p"  # of a valve whose kind has no spool loop to choose
 TABLES = (
-    *("supply", "oil", "valve", "jack", "load", "inner"),
+    *("supply", "oil", "valve", "jack", "load", "inner", "line_valve"),
     *("limits", "control", "sensors", "shut_off", "effects", "sessions"),
 )
 
@@ -113,6 +115,12 @@ def _read(path: Path, shown: str) -> Rig:
         inner = read_inner_loop(table, limits["stroke"].value, limits["force"].value)
         specs |= inner.specs
         numbers |= _numbers(table, inner.specs, *inner.table())
+    line_valve = None
+    if "line_valve" in top:
+        table = top.table("line_valve")
+        line_valve = read_line_valve(table)
+        specs |= line_valve.specs
+        numbers |= _numbers(table, line_valve.specs, *line_valve.table())
     sensors = read_sensors(top.optional_table("sensors"))
     if wrong := problem_together(numbers, limits):
         table, name, problem = wrong
@@ -140,6 +148,7 @@ def _read(path: Path, shown: str) -> Rig:
         deadline=_deadline(control),
         load=load,
         inner=inner,
+        line_valve=line_valve,
         shut_off=read_shut_off(top.optional_table("shut_off")),
     )
 

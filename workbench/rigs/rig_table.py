@@ -27,9 +27,10 @@ def rig_table(rig: "Rig") -> dict[str, Any]:
     filled["jack"] = {"kind": rig.jack, **filled["jack"]}
     if rig.load != SPECIMEN:
         filled["load"] = {"kind": rig.load, **filled["load"]}
-    if rig.inner:
-        own = {name: number_entry(rig.numbers[name]) for name in rig.inner.specs if name in rig.numbers}
-        filled["inner"] = {**rig.inner.table(), **own}
+    for section, part in (("inner", rig.inner), ("line_valve", rig.line_valve)):
+        if part:
+            own = {name: number_entry(rig.numbers[name]) for name in part.specs if name in rig.numbers}
+            filled[section] = {**part.table(), **own}
     titles = {"name": rig.name, "title": rig.title, "source": rig.source, "recordings": rig.recordings}
     sensors = {name: sensor_entry(rig.signal(name), sensor) for name, sensor in rig.sensors.items()}
     effects = [

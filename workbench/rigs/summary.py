@@ -16,6 +16,7 @@ def summary(rig: "Rig") -> str:
     """Name and title; kinds of valve and jack; mass, stroke, supply and control period."""
     loop = f", {rig.corrector} spool loop" if rig.valve_kind.correctors else ""
     kinds = f"{rig['n']:g} {rig.valve} valve{'s' if rig['n'] > 1 else ''}{loop}, {rig.jack} jack"
+    kinds += f", {rig.line_valve.title}" if rig.line_valve else ""
     numbers = [rig.numbers["M"], rig.numbers["S"], rig.numbers["Ps"], rig.period]
     values = ", ".join(f"{number.name} {number.shown:.4g} {number.unit}" for number in numbers)
     effects = f"; effects {', '.join(use.name for use in rig.effects)}" if rig.effects else ""

@@ -17,6 +17,7 @@ from ..common.sheet_options import (
     Made,
     campaign_digests,
     check_jack,
+    check_metered,
     file_digests,
     limit_tables,
     limits_of,
@@ -73,6 +74,8 @@ def _platform(options: argparse.Namespace) -> _Task:
         if getattr(options, name) is not None:
             raise InputError(f"--{name}: is for one jack, and {options.subject} is a platform; leave it out")
     platform = load_platform(options.subject)
+    for leg in platform.legs:
+        check_metered(leg.rig)
     limits, digests = limits_of(options.limits)
     digests = file_digests(options.subject) | digests
     from .platform import run_platform_capability
@@ -89,6 +92,7 @@ def _jack(options: argparse.Namespace) -> _Task:
         raise InputError(
             f"{rig.name}: a {rig.valve} has no lands whose flow follows a pressure drop; name a rig with one"
         )
+    check_metered(rig)
     from .config import CapabilityAsked
     from .study import run_capability
 

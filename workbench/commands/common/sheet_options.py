@@ -88,6 +88,15 @@ def check_jack(rig: Rig) -> None:
         raise InputError(f"{rig.name}: is no jack with a valve; name one")
 
 
+def check_metered(rig: Rig) -> None:
+    """Raises InputError for a rig whose lands do not see the chambers' pressures, which formulas of them need."""
+    if not rig.is_metered:
+        raise InputError(
+            f"{rig.name}: its line valve parts the lands from the chambers, whose pressures are taken for theirs here; "
+            "name a rig without [line_valve]"
+        )
+
+
 def limits_of(path: Path | None) -> "tuple[dict[str, AcceptanceLimit], dict[str, str]]":
     """Limits by line, and the digest of their file. Raises InputError."""
     if path is None:

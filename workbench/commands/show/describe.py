@@ -45,13 +45,15 @@ def describe(rig: Rig) -> dict[str, Any]:
     ]
     kinds = {"valve": rig.valve, "corrector": rig.corrector, "jack": rig.jack}
     head = {"name": rig.name, "title": rig.title, "source": rig.source, **kinds}
+    if rig.line_valve:
+        head["line_valve"] = rig.line_valve.title
     return {**head, "numbers": numbers, "effects": effects, "sessions": sessions, "derived": _derived(rig)}
 
 
 def describe_text(table: Mapping[str, Any]) -> str:
     """What `describe` found, for people."""
     kind = f"{table['valve']} valve, {table['jack']} jack" if table["valve"] in VALVES else "linear plant"
-    kind = table.get("kind", kind)
+    kind = table.get("kind", kind) + (f", {table['line_valve']}" if "line_valve" in table else "")
     lines = [f"{table['name']}: {table['title']}", kind, table["source"], "", "Derived"]
     lines.append(columns([[row["name"], f"{row['value']:.4g} {row['unit']}", row["how"]] for row in table["derived"]]))
     lines += ["", "Numbers"]
@@ -142,7 +144,8 @@ def _land_leakage(rig: Rig, plant: Plant, rest: Equilibrium) -> np.ndarray:
     pa, pb = (outputs[plant.output(name)] for name in ("pa", "pb"))
     a = to_supply / np.sqrt(rig["Ps"] - pa) + to_return / np.sqrt(pa - rig["Pr"])
     b = to_return / np.sqrt(rig["Ps"] - pb) + to_supply / np.sqrt(pb - rig["Pr"])
-    return rig["n"] * rig["K3"] * np.array([a, b]) / 2
+    parted = rig.line_valve.on if rig.line_valve else (False, False)  # from the chambers, which that then does not damp
+    return rig["n"] * rig["K3"] * np.where(parted, 0.0, np.array([a, b]) / 2)
 
 
 def _lap(z: float, eps: float) -> float:

@@ -5,7 +5,7 @@ from functools import partial
 
 from ...base.errors import InputError
 from ..common.options import finish
-from ..common.sheet_options import asked, identity, sheet_options
+from ..common.sheet_options import asked, check_metered, identity, sheet_options
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -17,6 +17,7 @@ def _valve_test(options: argparse.Namespace, words: list[str]) -> None:
     sheet = asked(options)
     if not sheet.rig.is_throttled:
         raise InputError(f"{sheet.rig.name}: a {sheet.rig.valve} has no lands to test; name a rig with a servo-valve")
+    check_metered(sheet.rig)
     from ..common.sheet_page import browser, printed
 
     if options.pdf:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.signals import port_pressures
 from ...control.platform_controller import LEGS, PlatformController, PlatformSpec
 from ...plant.platform import ACCELERATION
 from ...plant.valve.supply import supply_power
@@ -123,8 +124,8 @@ def power(setup: PlatformSetup, run: PlatformRun) -> dict[str, float]:
     """Largest power [W] and energy [J] that the main lands of all jacks draw in a run."""
     total = np.zeros(len(run.t))
     for i, leg in enumerate(setup.platform.legs):
-        signals = (run.signals[f"leg{i + 1}.{name}"] for name in ("spool", "pa", "pb", "supply"))
-        total += supply_power(leg.rig, *signals)
+        at, name = port_pressures(run.signals, f"leg{i + 1}."), f"leg{i + 1}.{{}}".format
+        total += supply_power(leg.rig, run.signals[name("spool")], *at, run.signals[name("supply")])
     return {"peak_power_w": float(total.max()), "energy_j": float(np.trapezoid(total, run.t))}
 
 
