@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _LARGE = 3000  # instructions of the rates: below, a graph is made as fast as it is read
 TOLERANCE = 1e-5  # local error per step, relative to each state's magnitude
+_RATTLING = 0.1  # of it, where something rattles in a gap: every impact makes an error of the one before larger
 FIRST_STEP = 2e-5
 ATTEMPTS = 20_000  # a held interval that needs more has failed
 RATE, BURST = 1e6, 2e5  # a simulated second takes some 1e4; a run that has taken more than these has failed
@@ -111,6 +112,7 @@ class Engine:
         batches: bool = False,
     ) -> None:
         self.plant = plant
+        tolerance *= _RATTLING if plant.gaps else 1.0
         self._stepping = Stepping(tolerance, FIRST_STEP, ATTEMPTS, RATE, BURST)
         graphs = (attempt_of(plant, adaptive_attempt), plant.h, plant.p, self._stepping)
         self._runs, self.back_end, self.note = back_end_of(*graphs, back_end, brief, plant.commands, batches)

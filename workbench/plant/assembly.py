@@ -21,7 +21,8 @@ class Variable:
     `held`: a store that fills while the jack moves, so that an operating point holds it at its start, as the position;
     `number` is the number that it starts at. `follows` names the state that it comes to, where nothing moves. `memory`:
     it stays where it was until something drags it along. `parted`: a line that a valve may part from the chamber
-    that it follows.
+    that it follows. `across`: its speed's state and the parameter that is how wide a gap about 0 is in which nothing
+    holds it.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Variable:
     follows: str = ""
     memory: bool = False
     parted: bool = False
+    across: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,19 @@ class Plant:
     def scale(self) -> np.ndarray:
         """Magnitudes of the states, shape [n]."""
         return np.array([s.scale for s in self.states])
+
+    @cached_property
+    def gaps(self) -> tuple[tuple[int, int, int], ...]:
+        """Each state that moves freely across a gap about 0, between impacts, with the state that is its speed and the
+        parameter that is the gap's width.
+
+        Between two impacts nothing brings two courses together, and each impact drives them apart.
+        """
+        return tuple(
+            (column, self.state(state.across[0]), self.parameters.index(state.across[1]))
+            for column, state in enumerate(self.states)
+            if state.across
+        )
 
     @property
     def start(self) -> np.ndarray:
@@ -226,10 +241,12 @@ class Assembly:
         follows: str = "",
         memory: bool = False,
         parted: bool = False,
+        across: tuple[str, ...] = (),
     ) -> ca.SX:
         """Declare a state, a store that starts at a number if it names one; returns its symbol."""
         start = self._values[number] if number else start
-        self._variables[name] = Variable(name, unit, scale, start, bool(number), number, follows, memory, parted)
+        kinds = bool(number), number, follows, memory, parted, across
+        self._variables[name] = Variable(name, unit, scale, start, *kinds)
         self._x[name] = ca.SX.sym(name)
         return self._x[name]
 
@@ -296,7 +313,10 @@ class Assembly:
                 self._dry.append(key)
         for state in effect.states:
             key = effect.key(state.name)
-            self.state(key, state.unit, state.scale, state.start, follows=state.follows, memory=state.memory)
+            across = tuple(effect.key(name) for name in state.across)
+            self.state(
+                key, state.unit, state.scale, state.start, follows=state.follows, memory=state.memory, across=across
+            )
         for given in effect.inputs:
             key = effect.key(given.name)
             self._effect_inputs[key] = (Variable(key, given.unit, given.scale), ca.SX.sym(key))

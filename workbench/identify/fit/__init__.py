@@ -1,7 +1,7 @@
 """A rig's numbers, fitted.
 
 windows, model      records in short windows; a plant as a model of them, with exact slopes
-rest_state          where a free run begins whose jack rests
+rest_state, gap_guesses    where a free run begins whose jack rests; where in its gap what rattles may be
 free_parameters, determined    what a fit may move, and what figures determine of it
 normal_equations, initial_states, solver    the least squares problem and its solution
 prior               ranges of numbers, and how far curves bend

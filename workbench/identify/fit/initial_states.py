@@ -1,5 +1,7 @@
 """Initial states of windows for numbers that stay: each window by itself, by damped Gauss-Newton steps."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .model import Model
@@ -12,6 +14,8 @@ _MOST_DAMPING = 1e6
 REFRESHED, _REFRESH_ROUNDS = 2, 4  # how often guesses are made anew, and rounds of their states
 _MISFITS = 3  # times that what a free run misses is asked for
 _CAUGHT = 0.9  # of its squared errors: below which a window is gone on from the new guess
+_LONGER = ((0.05, 3), (0.2, 3), (0.5, 2), (1.0, 1))  # of a window that is fitted, and of how many guesses, at first
+_BRIEFLY = 4  # rounds of each
 
 
 def fit_states(
@@ -46,6 +50,8 @@ def fit_states(
 
 def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Initial states [w, n] with the least errors for numbers that stay, and the squared errors [w]."""
+    if _rattles(model, windows):
+        return fit_states(model, windows, _swept(model, windows, p), p)
     x0, squares = fit_states(model, windows, model.starts(windows, p), p)
     for _ in range(REFRESHED):
         moved, _, better = escape_bad_starts(model, windows, p, x0, squares)
@@ -77,12 +83,57 @@ def escape_bad_starts(
     """
     if windows.from_rest:
         return x0, x0, np.zeros(windows.count, bool)
-    measured, joined = model.starts(windows, p, x0), model.joined(windows, p, x0)
-    nearer = np.less(*(costs(model, windows, guess, p, guess)[0] for guess in (joined, measured)))
-    anew = np.where(nearer[:, None], joined, measured)
+    if _rattles(model, windows):
+        anew = _swept(model, windows, p)
+    else:
+        measured, joined = model.starts(windows, p, x0), model.joined(windows, p, x0)
+        nearer = np.less(*(costs(model, windows, guess, p, guess)[0] for guess in (joined, measured)))
+        anew = np.where(nearer[:, None], joined, measured)
     states, trial_squares = fit_states(model, windows, anew, p, _REFRESH_ROUNDS)
     better = trial_squares < _CAUGHT * squares
     return np.where(better[:, None], states, x0), anew, better
+
+
+def _rattles(model: Model, windows: Windows) -> bool:
+    """Whether where windows begin in a gap is to be sought."""
+    return bool(model.plant.gaps) and not windows.free_run
+
+
+def _swept(model: Model, windows: Windows, p: np.ndarray) -> np.ndarray:
+    """Initial states [w, n] of windows in which something rattles, one window after the other: each is guessed where
+    the one before ends, or anywhere in the gap."""
+    x0 = np.zeros((windows.count, model.plant.n))
+    for level in range(windows.levels.max() + 1):
+        own = np.flatnonzero(windows.levels == level)
+        both = np.union1d(own - (level > 0), own)
+        joined = model.joined(windows.some(both.tolist()), p, x0[both])[np.searchsorted(both, own)]
+        part = windows.some(own.tolist())
+        x0[own] = _nearest(model, part, p, [joined, *model.anywhere(part, p, joined)])
+    return x0
+
+
+def _nearest(model: Model, windows: Windows, p: np.ndarray, guesses: Sequence[np.ndarray]) -> np.ndarray:
+    """Initial states [w, n] fitted from that one of several guesses [w, n] from which each window is followed best.
+
+    Impacts make a window steep: from a guess that is a little off its end is anywhere, and no descent finds back. What
+    is fitted therefore begins with the first rows, which are not steep yet, and gets longer; guesses that follow these
+    worse than others fall out.
+    """
+    shortest = min(end - first for _, first, end in windows.spans)
+    lengths = [(max(FIRST_ROWS // 2, round(share * shortest)), count) for share, count in _LONGER]
+    first = windows.beginnings(lengths[1][0])
+    alive = _best(guesses, [costs(model, first, x0, p, x0)[1] for x0 in guesses], lengths[0][1])
+    for rows, count in lengths[:-1]:
+        part = windows.beginnings(rows)
+        states, squares = zip(*(fit_states(model, part, x0, p, _BRIEFLY) for x0 in alive[:count]), strict=True)
+        alive = _best(states, squares, count)
+    return alive[0]
+
+
+def _best(states: Sequence[np.ndarray], squares: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
+    """For each window the `count` of several states [w, n] of least squares [w], the best first."""
+    order = np.argsort(squares, axis=0, kind="stable")[:count]
+    return list(np.take_along_axis(np.array(states), order[..., None], axis=0))
 
 
 def state_step(normal: Normal, damping: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from ...engine.tangent import paced, tangent_attempt, tangent_outputs
 from ...linear import equilibrium
 from ...plant import Plant
 from ...records import Record
+from .gap_guesses import across_gaps, read_on_the_load
 from .rest_state import rest_state
 from .session_numbers import SessionNumber, session_windows
 from .windows import WindowGroup, Windows, delayed, first_guess, further_inputs, run_up
@@ -110,10 +111,25 @@ class Model:
                 before[own] = self._ends(
                     windows.records, spans, (x0 if fitted is None else fitted)[own - 1], values[own]
                 )
-            for w in own:
-                index, first, end = windows.spans[w]
-                x0[w] = first_guess(self.plant, windows.records[index], first, end, before[w])
+            x0[own] = self.as_measured(windows.records, [windows.spans[w] for w in own], before[own], values[own])
         return x0
+
+    def as_measured(
+        self, records: Sequence[Record], spans: Sequence[tuple[int, int, int]], before: np.ndarray, p: np.ndarray
+    ) -> np.ndarray:
+        """States [k, n] at the first of rows `spans` (record, first row, end row) of records that were `before` them,
+        corrected by what is measured directly, with parameters p [k, parameters]."""
+        guesses = [first_guess(self.plant, records[i], a, b, x) for (i, a, b), x in zip(spans, before, strict=True)]
+        x, seen = np.array(guesses), [k for k, (i, *_) in enumerate(spans) if "position" in records[i].signals]
+        if self.plant.gaps and seen:
+            x[seen] = read_on_the_load(self.engine, x[seen], p[seen])
+        return x
+
+    def anywhere(self, windows: Windows, p: np.ndarray, before: np.ndarray) -> list[np.ndarray]:
+        """Initial states [windows, n] that were `before` them, corrected by what is measured directly, with what
+        rattles anywhere in its gap."""
+        values = self._values(windows, p)
+        return across_gaps(self.engine, self.as_measured(windows.records, windows.spans, before, values), values)
 
     def joined(self, windows: Windows, p: np.ndarray, fitted: np.ndarray) -> np.ndarray:
         """Initial states [windows, n] where the windows before end, from their `fitted` states [windows, n].

@@ -281,8 +281,10 @@ def _from_elsewhere(
 
 
 def _is_lost(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidate: Candidate) -> bool:
-    """Whether an effect with memory harms at every strength near its start: a loop hunts on it."""
-    return candidate.effect.has_memory and not _helps(problem, model_fit, model, candidate, _NEAR)
+    """Whether an effect with memory harms at every strength near its start, as a loop hunts on it, or rattles: impacts
+    make whole windows steep at any strength."""
+    effect = candidate.effect
+    return effect.rattles or (effect.has_memory and not _helps(problem, model_fit, model, candidate, _NEAR))
 
 
 def _helps(

@@ -12,6 +12,7 @@ from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..fit.initial_states import predicted_states
 from ..fit.model import Model
+from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers, without_slopes
 from ..fit.windows import Windows
 from .problem import EstimationProblem
@@ -28,10 +29,11 @@ def fit_short_windows_first(
     """The fit of `model`, which is the `base` with an effect, and the numbers that it started from."""
     worst = np.sort(np.argsort(-base_fit.squares, kind="stable")[:_TELLING])
     windows = problem.train.some(worst.tolist()).cut(_PARTS)
-    before = extend_parameters(base.plant, base_fit.p, model.plant)
+    x = np.zeros(len(base_fit.x)) if effect.rattles else base_fit.x
+    before = extend_parameters(base.plant, numbers_at(base, base_fit.free, x, base_fit.p), model.plant)
     candidate, p, x0 = _start(model, windows, effect, before)
     more = candidate.free()
-    free, start = (*base_fit.free, *more), np.append(base_fit.x, np.zeros(len(more)))
+    free, start = (*base_fit.free, *more), np.append(x, np.zeros(len(more)))
     near = fit_numbers(model, windows, free, start, p, x0, problem.kappas, rounds)
     x0, squares = predicted_states(model, problem.train, near.p)
     if not np.median(squares / base_fit.squares) < _WORSE:
@@ -47,7 +49,7 @@ def _start(
     Numbers that are fitted to the rig without the effect leave some windows hopeless at any strength.
     """
     trials = []
-    for strength in _STRENGTHS:
+    for strength in _STRENGTHS[:1] if effect.rattles else _STRENGTHS:
         candidate = Candidate(effect, at_strength(effect, strength))
         numbers = {effect.key(name): value for name, value in candidate.start.items()}
         p = model.plant.parameter_values(before, **numbers)

@@ -42,15 +42,23 @@ def number(
 
 
 def state(
-    name: str, si: str, scale: float, start: float = 0.0, memory: bool = False, follows: str = "", of: str = ""
+    name: str,
+    si: str,
+    scale: float,
+    start: float = 0.0,
+    memory: bool = False,
+    follows: str = "",
+    of: str = "",
+    across: tuple[str, ...] = (),
 ) -> EffectState:
     """A state of an effect: SI unit, a magnitude that is large for it, a plausible start value.
 
     `memory`: it stays where it was until something drags it along. `follows` names the plant's state that it comes to
     where nothing moves, and starts at, as what is measured late does. `of` names a slot that not every plant has: the
-    state is there with it.
+    state is there with it. `across` names its speed's state and the number that is the width of a gap about 0 in which
+    nothing holds it: see `Plant.gaps`.
     """
-    return EffectState(name, si, scale, start, memory, follows, of)
+    return EffectState(name, si, scale, start, memory, follows, of, across)
 
 
 def effect(

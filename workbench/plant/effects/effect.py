@@ -46,7 +46,8 @@ class EffectState:
     """A state that an effect adds: SI unit, magnitude, and a plausible start value, or the state that it `follows`.
 
     `memory`: it stays where it was until something drags it along, as a play does, so that a loop may hunt on it. A
-    state `of` a slot is not there in a plant without this slot.
+    state `of` a slot is not there in a plant without this slot. `across` a gap it moves freely between impacts, with a
+    state that is its speed and a number that is the gap's width.
     """
 
     name: str
@@ -56,6 +57,7 @@ class EffectState:
     memory: bool = False
     follows: str = ""
     of: str = ""
+    across: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -115,8 +117,13 @@ class Effect:
 
     @property
     def has_memory(self) -> bool:
-        """Whether one of its states is memory."""
-        return any(state.memory for state in self.states)
+        """Whether one of its states is memory, or moves across a gap: where it is there is all that was before."""
+        return any(state.memory or state.across for state in self.states)
+
+    @property
+    def rattles(self) -> bool:
+        """Whether one of its states moves freely across a gap between impacts."""
+        return any(state.across for state in self.states)
 
     @property
     def title(self) -> str:

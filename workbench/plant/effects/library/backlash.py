@@ -37,7 +37,7 @@ _play = partial(
         number("f", 200.0, "Hz", low=20.0, high=2000.0, meaning="frequency of that share on the closed contact"),
         number("zeta", 0.3, "1", low=0.02, high=2.0, meaning="damping ratio of the closed contact"),
     ),
-    states=(state("y", "m", 1e-3), state("vy", "m/s", 1.0)),
+    states=(state("y", "m", 1e-4, across=("vy", "gap")), state("vy", "m/s", 1e-2)),
 )
 
 
