@@ -13,7 +13,7 @@ mistaken, mistakes  columns that are not what they are called; what may have hap
 impossible, followed    what no recording of a rig has; what no closed loop does
 late, unfelt        signals that another logger recorded later; a force that nothing on the rig makes
 rehearsal           a few windows fitted, to see what a mistake that is undone would bring
-unexplained         whether a fitted rig follows its records at all
+unexplained, servo  whether a fitted rig follows its records at all; how little a closed loop's may be
 
     from workbench.identify.fit import Model, cut_windows, fit_numbers, predicted_states, uncertain
     windows = cut_windows(plant, campaign.train, floor)           # 0.5 s each, with initial states of their own

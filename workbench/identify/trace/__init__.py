@@ -10,7 +10,7 @@ localise, locate    in which equation the residual sits
 cuts                what measured signals say of it by themselves, block by block
 kalman              the filter and smoother that tell it
 score, shortlist    which effects could explain it, without a refit
-information         what records would tell, before they are made
+information, told   what records would tell, before they are made; what those of a closed loop show
 record_gain         what a further record adds: effects told apart, numbers told
 problem             which records are fitted, which select, which judge
 refit, rule         a fit with one effect more, and the rule that names one

@@ -17,7 +17,15 @@ _LAP = "lap of Salazar Garcia et al., ICINCO 2007, shifted; leak of Eryilmaz, Wi
 _DEAD_ZONE = "Tao, Kokotovic, IEEE Trans. Automatic Control 39(1), 1994: dead zone"
 
 _OVERLAP = number(
-    "overlap", 0.02, "1", shown="%", low=0.0, high=0.6, off=0.0, meaning="overlap of the lands over full travel"
+    "overlap",
+    0.02,
+    "1",
+    shown="%",
+    low=0.0,
+    high=0.6,
+    off=0.0,
+    meaning="overlap of the lands over full travel",
+    tried=(0.1, 0.3),  # as mobile valves have it
 )
 _A = number(
     "a",
