@@ -36,5 +36,5 @@ def told_effects(problem: EstimationProblem, base: FittedModel, library: Sequenc
     noise = problem.deviation(problem.train.samples)
     seen = np.diag(alone) >= problem.train.samples * (decide.gate(noise) - 1)  # not of one that cannot be simulated
     shown = names[seen].tolist()
-    near = cosines(alone[np.ix_(seen, seen)]) >= SAME
+    near = cosines(alone[seen][:, seen]) >= SAME
     return ToldEffects(shown, names[~seen].tolist(), linked(shown, near))
