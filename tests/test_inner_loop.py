@@ -140,8 +140,8 @@ def test_a_dead_band_and_unequal_gains_act_in_either_order(rig):
 
 
 @cache
-def played(rig_of: Callable[[], Rig]) -> Record:
-    """Ten seconds of the loop, as its maker's controller logs them."""
+def played(rig_of: Callable[[], Rig], pressure: float = 0.0) -> Record:
+    """Ten seconds of the loop, as its maker's controller logs them; a `pressure` with that noise [Pa], if any."""
     own = rig_of()
     plant = build(own)
     assert own.inner is not None
@@ -152,9 +152,10 @@ def played(rig_of: Callable[[], Rig]) -> Record:
     u = np.zeros((t.size, len(plant.inputs)))
     u[:, plant.input("command")] = late.mean
     x = Engine(plant).run(equilibrium(plant).x, t, u).x
-    noise = 5e-6 * np.random.default_rng(3).standard_normal(t.size)
-    position = plant.observe(x, u)[:, plant.output("position")] + noise
-    return Record("played", t, {"reference": reference, "position": position})
+    y, random = plant.observe(x, u), np.random.default_rng(3)
+    sigma = {"position": 5e-6, **({"pa": pressure} if pressure else {})}
+    seen = {name: y[:, plant.output(name)] + size * random.standard_normal(t.size) for name, size in sigma.items()}
+    return Record("played", t, {"reference": reference, **seen})
 
 
 def campaign(
@@ -429,6 +430,17 @@ def test_a_force_loop_has_no_derivative_and_a_label_of_odd_numbers_is_a_rig(tmp_
     (tmp_path / "rig.toml").write_text(closed_loop_files(odd, "odd")["rig.toml"])
     rig = load_rig(tmp_path / "rig.toml")
     assert rig.limit("stroke") == pytest.approx(rig["S"] / 2, rel=1e-12)
+
+
+def test_a_pressure_makes_the_numbers_of_a_loop_sharper_and_the_page_says_by_how_much(rig, tmp_path, monkeypatch):
+    folder = campaign(tmp_path / "c", rig, played(lambda: rig, 2e4))
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", str(folder), "--out", "f", "--starts", "1"]) == 0
+    tells = json.loads(Path("f/metrics.json").read_text())["tells"]
+    alone = dict(zip(tells["numbers"], tells["alone"]["position"], strict=True))
+    assert alone["loop_gain"] > 1.2
+    said = f"the intervals of loop_gain and loop_delay would be {alone['loop_gain']:.2g} and {alone['loop_delay']:.2g}"
+    assert f"{said} times as long" in Path("f/report.html").read_text()
 
 
 @pytest.mark.parametrize("pinned", [False, True])

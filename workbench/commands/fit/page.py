@@ -20,6 +20,7 @@ from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
 from .ladder import ladder_section, ladder_sentence
 from .shares import shares_sentence
+from .tells import tells_sentence, tells_table
 
 STRONG = 0.95  # a correlation above says that only a combination of two numbers is known
 _MOST = 10  # pairs listed
@@ -43,6 +44,7 @@ def fit_page(
         ),
         *([ladder_section(metrics["ladder"])] if "ladder" in metrics else []),
         *sessions_section(problem, differences),
+        *([Section("What each signal tells", [tells_table(metrics["tells"])])] if "tells" in metrics else []),
         Section("What moves together", [_pairs(metrics["correlations"]), _matrix(metrics["correlations"])]),
         Section("Noise floor", [noise_table(problem.floor)]),
     ]
@@ -149,6 +151,9 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     if pushed or missing:
         said += pinned_sentence(problem.rig)
     said += shares_sentence(metrics["shares"]) if "shares" in metrics else ""
+    said += (
+        tells_sentence(metrics["tells"], problem.rig.inner.controls) if "tells" in metrics and problem.rig.inner else ""
+    )
     said += ladder_sentence(metrics["ladder"]) if "ladder" in metrics else ""
     if metrics["unseen"]:
         said += f" Not seen by these records: {', '.join(metrics['unseen'])}."

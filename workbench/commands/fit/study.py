@@ -27,6 +27,7 @@ from ..common.sessions import sessions, sessions_json
 from .ladder import ladder
 from .page import fit_page
 from .shares import shares
+from .tells import signals_tell
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,6 +75,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     after = predictions(model_fit.model, problem.heldout, heldout.x0, model_fit.fit.p)
     numbers, differences = fitted(rig, model_fit.fit), sessions(problem, model_fit.fit)
     in_sessions = session_fits(problem, model_fit.fit)
+    tells = signals_tell(problem, model_fit)
     of = shares(problem, model_fit, heldout.x0)
     if of:
         progress("how much structure the records bear")
@@ -85,6 +87,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "at_an_end": [entry.number.name for entry in numbers if entry.at_bounds],
         "pinned": pinned(rig),
         "sessions": sessions_json(differences),
+        **tells,
         **of,
         **ladder(problem, of),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),

@@ -3,6 +3,7 @@
 fitted              numbers with intervals in the units that people read, and the rig with them
 session_fit         the numbers that sessions have to themselves
 shifted             what a second logger recorded late or early, put back: sensor.shift
+channels            how much longer intervals would be without a recorded signal
 wrong_numbers       described numbers that records contradict
 errors              held-out errors before and after, beside the noise
 effect_by_effect    held-out free runs, with one more of what was added each time
