@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_campaigns import campaign as made_campaign
+from made_campaigns import PERIOD, campaign as made_campaign, made
 
 from workbench.base.errors import InputError
 from workbench.base.process_pool import one_blas_thread
@@ -15,14 +15,14 @@ from workbench.identify.data.noise_floor import noise_floor
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.fit import predict_whole
 from workbench.identify.fit.free_parameters import Candidate, at_strength
-from workbench.identify.fit.initial_states import FIRST_ROWS
+from workbench.identify.fit.initial_states import FIRST_ROWS, predicted_states
 from workbench.identify.fit.unexplained import unexplained_signals
 from workbench.identify.trace.left_out import left_out_squares
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig, heldout_errors, refit
 from workbench.plant import build
 from workbench.plant.effects.learned_pieces import find_learned
-from workbench.records import load_campaign, read_record
+from workbench.records import Campaign, Record, load_campaign, read_record
 from workbench.records.columns import ColumnMap
 from workbench.rigs.rig_file import load_rig
 
@@ -198,3 +198,25 @@ def test_pressures_that_hardly_move_are_not_of_another_rig_for_an_error_of_a_lea
     errors = [np.array([off, off, 1e-5]) * weight]
     model: Any = SimpleNamespace(errors=lambda *_: errors)
     assert unexplained_signals(model, windows, np.zeros((1, 1)), np.zeros(1)) == said
+
+
+def test_windows_follow_a_clock_of_19_to_50_hz_to_the_noise():
+    """A logger writes a row whenever it is ready, and the command is held until the next."""
+    rig, random = load_rig("festo-tp511"), np.random.default_rng(0)
+
+    def logged(name: str, seed: int, size: float) -> Record:
+        rows = np.cumsum(random.integers(10, 27, 600))  # of 2 ms
+        t = PERIOD * np.arange(rows[-1])
+        wave = size * (0.3 * np.sin(2.5 * t + seed) + 0.15 * np.sign(np.sin(1.1 * t)))
+        held = wave[rows[np.clip(np.searchsorted(rows, np.arange(t.size), side="right") - 1, 0, None)]]
+        record, rows = made(rig, name, held, seed, {"position": 1e-4}), rows[:-1]
+        return Record(name, t[rows], {key: values[rows] for key, values in record.signals.items()})
+
+    still, train, heldout = (
+        logged(name, k, size) for k, (name, size) in enumerate((("still", 0.0), ("train", 1.0), ("heldout", 1.0)))
+    )
+    problem = estimation_problem(Campaign(Path("made"), rig.name, (still,), (train,), (heldout,)), rig)
+    model = problem.model()
+    _, squares = predicted_states(model, problem.heldout, model.p)
+    assert problem.heldout.count > 30
+    assert squares.sum() / problem.heldout.samples == pytest.approx(1.0, abs=0.15)

@@ -13,6 +13,7 @@ GAP = 1.5  # of the period; a longer interval is a dropped sample
 JITTER = 0.05  # of the period; less is the rounding of a printed time stamp
 _HOUR = 3600.0  # s
 _ROUNDED = 0.6  # of the step between stamps that repeat: how far they may lie from even times that were rounded
+_NEARLY_ALL = 0.98
 _OFF_BEAT, _MOST_OFF = 0.25, 0.1  # periods by which an interval is no multiple of one; share of them of an even clock
 
 
@@ -110,28 +111,31 @@ def from_first(
 
 
 def uneven_times(path: Path, rows: np.ndarray, t: np.ndarray) -> list[str]:
-    """Notes on dropped samples and on a clock that jitters; both are kept as recorded.
-
-    Raises InputError where many intervals are far from one period, and from several.
-    """
-    steps = np.diff(t)
+    """Notes on dropped samples, on a clock that jitters and on one without a period; all are kept as recorded."""
+    steps, longest = np.diff(t), longest_interval(t)
     period = float(np.median(steps))
-    if np.mean(np.abs(steps / period - np.fmax(1.0, np.rint(steps / period))) > _OFF_BEAT) > _MOST_OFF:
-        low, high = np.quantile(steps, (0.02, 0.98))
-        raise InputError(
-            f"{path}: rows come {low:.3g} to {high:.3g} s apart, and what is computed needs one period; resample the "
-            "file, commands held and other signals on straight lines, or log at an even rate"
-        )
-    gaps = steps > GAP * period
+    gaps = steps > longest
     notes = []
     if gaps.any():
         lost = int(np.sum(np.rint(steps[gaps] / period) - 1))
         samples = f"{counted(lost, 'sample')} dropped before {_rows(rows[1:][gaps])}"
         notes.append(f"{path.name}: {samples}; the command is held there")
+    if longest > GAP * period:
+        low, high = 1e3 * np.quantile(steps, (0.02, 0.98))
+        return [*notes, f"{path.name}: the clock has no period; rows come {low:.3g} to {high:.3g} ms apart"]
     worst = float(np.max(np.abs(steps[~gaps] - period)))
     if worst > JITTER * period:
         notes.append(f"{path.name}: the clock jitters by up to {worst / period:.0%} of its period of {period:g} s")
     return notes
+
+
+def longest_interval(t: np.ndarray) -> float:
+    """The longest interval [s] of a clock t [n] in which no sample was dropped: 1.5 periods; of a clock without a
+    period, whose intervals are no multiples of one, 1.5 times what nearly all of them are."""
+    steps = np.diff(t)
+    period = float(np.median(steps))
+    uneven = np.mean(np.abs(steps / period - np.fmax(1.0, np.rint(steps / period))) > _OFF_BEAT) > _MOST_OFF
+    return GAP * (max(period, float(np.quantile(steps, _NEARLY_ALL))) if uneven else period)
 
 
 def missing_cells(path: Path, rows: np.ndarray, missing: np.ndarray, cell: str, done: str) -> list[str]:

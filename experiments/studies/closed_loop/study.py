@@ -5,6 +5,7 @@ the one that is fitted.
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,6 +16,9 @@ from workbench.commands.common.outcome import Outcome, Progress, Stage, no_check
 from workbench.commands.fit.study import fit_campaign
 from workbench.commands.new.closed_loop import closed_loop_rig
 from workbench.identify.fit.model import Model
+from workbench.identify.found.channels import longer_without
+from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.refit import fit_rig
 from workbench.linear import equilibrium
 from workbench.plant import build
 from workbench.records import Campaign, Record
@@ -29,15 +33,20 @@ _SPREAD = {"beta": 0.3, "M": 0.3, "b": 0.6, "V0": 0.5, "eps": 0.5, "f0": 0.4, "z
 """How far the played rig is from the rule of thumb, as a share either way."""
 _SECONDS, _NOISE = 6.0, 1e-4  # of each record; of the motion: noise of the position sensor
 _NAMES = ("loop_gain", "loop_delay", "z0")
+_PRESSURES, _PRESSURE_NOISE = ("pa", "pb"), 1e-4  # of the supply
+_WITHOUT = ("without_pa", "without_both")
 
 
 def run_closed_loop(number: int, seed: int, stage: Stage, progress: Progress) -> Outcome:
-    """`rows`: of each drawn loop its three numbers, the interval of each, and whether it holds the truth."""
+    """`rows`: of each drawn loop its three numbers, the interval of each, and whether it holds the truth; `missing`:
+    how many times as long the interval of each of its rig's numbers is without one pressure, and without both."""
     rows: list[dict[str, Any]] = []
+    missing: list[dict[str, Any]] = []
     for k in range(number):
         progress(f"loop {k + 1} of {number}")
         rows += stage(f"loop {k}", lambda own=k: _fitted(own, seed))
-    return Outcome({"rows": rows}, lambda: _page(rows))
+        missing += stage(f"pressures {k}", lambda own=k: _missing(own, seed))
+    return Outcome({"rows": rows, "missing": missing}, lambda: _page(rows, missing))
 
 
 def drawn(number: int, seed: int) -> tuple[Rig, Rig]:
@@ -83,13 +92,26 @@ def _fitted(number: int, seed: int) -> list[dict[str, Any]]:
     return rows
 
 
+def _missing(number: int, seed: int) -> list[dict[str, Any]]:
+    rig, true = drawn(number, seed)
+    random = np.random.default_rng((seed, number))
+    records = [_played(true, random, name, _PRESSURES) for name in ("train", "heldout")]
+    problem = estimation_problem(driven(Campaign(Path(), rig.name, (), (records[0],), (records[1],)), rig), rig)
+    found = fit_rig(problem)
+    one, both = longer_without(problem, found, [_PRESSURES[:1], _PRESSURES])
+    return [
+        {"loop": number, "number": free.name, "without_pa": float(a), "without_both": float(b)}
+        for free, a, b in zip(found.fit.free, one, both, strict=True)
+    ]
+
+
 def _lag(rig: Rig) -> float:
     """The delay [s] that a valve is at low frequencies, which counts as the loop's where its frequency is pinned."""
     return 2 * rig["zeta"] / (2 * math.pi * rig["f0"])
 
 
-def _played(rig: Rig, random: np.random.Generator, name: str) -> Record:
-    """A multisine and steps of the reference, as the loop follows them."""
+def _played(rig: Rig, random: np.random.Generator, name: str, beside: Sequence[str] = ()) -> Record:
+    """A multisine and steps of the reference, as the loop follows them, with pressures `beside`."""
     assert rig.inner is not None
     period = rig.period.value
     size, t = 0.02 * rig.inner.full_command, np.arange(0, _SECONDS, period)
@@ -99,12 +121,14 @@ def _played(rig: Rig, random: np.random.Generator, name: str) -> Record:
     reference = size * (wave / np.abs(wave).max() + 0.5 * steps)
     plant = build(rig)
     asked = Record(name, t, {"command": reference / rig.inner.full_command})
-    came = Model(plant, ("position",)).run_through(asked, equilibrium(plant).x, plant.p)[:, 0]
-    noise = _NOISE * size / 0.02 * random.standard_normal(t.size)
-    return Record(name, t, {"reference": reference, "position": came + noise})
+    names = ("position", *beside)
+    came = Model(plant, names).run_through(asked, equilibrium(plant).x, plant.p)
+    sizes = [_NOISE * size / 0.02, *(_PRESSURE_NOISE * rig["Ps"] for _ in beside)]
+    noisy = came + np.array(sizes) * random.standard_normal(came.shape)
+    return Record(name, t, {"reference": reference, **dict(zip(names, noisy.T, strict=True))})
 
 
-def _page(rows: list[dict[str, Any]]) -> tuple[Page, Figure]:
+def _page(rows: list[dict[str, Any]], missing: list[dict[str, Any]]) -> tuple[Page, Figure]:
     loops = len({row["loop"] for row in rows})
     cells = []
     for name in _NAMES:
@@ -126,9 +150,19 @@ def _page(rows: list[dict[str, Any]]) -> tuple[Page, Figure]:
         [Panel("off [1]", curves, marks=(Mark(-1.0), Mark(1.0)))],
     )
     table = Table("Intervals of 95 % that hold the truth", ["number", "loops", "held", "typical half [%]"], cells)
+    costs = [
+        [name, *(float(np.median([row[key] for row in missing if row["number"] == name])) for key in _WITHOUT)]
+        for name in dict.fromkeys(row["number"] for row in missing)
+    ]
+    head = ["number", "without one pressure", "without both"]
+    without = Table("Times as long as with position and both pressures, median", head, costs)
     held = sum(row["held"] for row in rows)
     said = f"{held} of {len(rows)} intervals of 95 % hold the truth, over {loops} loops whose valve nobody recorded."
-    return Page("Numbers of hidden loops", said, [Section("Intervals", [figure, table])]), figure
+    return Page(
+        "Numbers of hidden loops",
+        said,
+        [Section("Intervals", [figure, table]), Section("What a channel costs", [without])],
+    ), figure
 
 
 def _off(row: dict[str, Any]) -> float:

@@ -19,13 +19,13 @@ from ...engine.delay_line import HeldCommands, held_commands, stacked
 from ...plant import Plant
 from ...plant.effects.slots import ORIGINS, READS
 from ...records import Record
+from ...records.repair import longest_interval
 from ...rigs.oil import saturation
 from ..data.noise_floor import NoiseFloor
 
 WINDOW = 0.5  # s
 BLOCKS = 4  # into which a record falls where parts of it are left out in turn
 _MOST_MISFIT = 1e8
-_GAP = 1.5  # periods between rows: a sample was dropped, and with it the command that the drive held
 _FEWEST = 50  # rows between two gaps, to be a window
 _BEFORE = 0.02  # s: the longest delay that is searched
 FIRST_ROWS = 50  # which tell the state that a free run starts from
@@ -260,13 +260,13 @@ def _rests(record: Record) -> bool:
 def run_up(record: Record, first: int) -> int:
     """The row up to 20 ms before row `first`, with no gap between them."""
     start = max(0, first - round(_BEFORE / record.period))
-    gaps = np.flatnonzero(np.diff(record.t[start : first + 1]) > _GAP * record.period)
+    gaps = np.flatnonzero(np.diff(record.t[start : first + 1]) > longest_interval(record.t))
     return start + int(gaps[-1]) + 1 if gaps.size else start
 
 
 def _spans(record: Record, late: float, length: float) -> list[tuple[int, int]]:
     """First and end rows of the windows; none reaches over a gap, in which the drive may have received anything."""
-    gaps = np.flatnonzero(np.diff(record.t) > _GAP * record.period) + 1
+    gaps = np.flatnonzero(np.diff(record.t) > longest_interval(record.t)) + 1  # with its sample a command was dropped
     rows = round(late / record.period)
     pieces = [(first + rows, end) for first, end in pairwise([0, *gaps.tolist(), len(record.t)])]
     return [
