@@ -78,6 +78,14 @@ def test_the_page_of_closed_loops_says_how_often_intervals_hold():
     assert f"none is off by more than {max(off) + 0.05:.1f} of its half widths" in page
     assert f"typically {100 * np.median(halves):.2g} % of it" in page
     assert all(row["held"] == (row["low"] <= row["truth"] <= row["high"]) for row in rows)
+    missing = kept("closed_loop/loops").table["missing"]
+    for number in {row["number"] for row in missing}:
+        one, none = (
+            np.median([row[key] for row in missing if row["number"] == number])
+            for key in ("without_pa", "without_both")
+        )
+        shown = f"{none:.2g}" if none < 100 else "over 100"
+        assert re.search(rf"\| `{number}`, .* \| {one:.2g} \| {shown} \|", page)
 
 
 @pytest.mark.parametrize("label", GROUPS)

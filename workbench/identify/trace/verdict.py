@@ -48,7 +48,8 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
         check_follows(context.problem, search.base)
     final, after, learned = named, plain, ()
     lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
-    if learns and lacks and not (context.several and context.problem.train.from_rest):
+    rattles = any(fit.candidate.effect.rattles for fit in effects)  # what impacts leave is no shape
+    if learns and lacks and not rattles and not (context.several and context.problem.train.from_rest):
         starts = ((effects[-1].refitted, None),) if effects else _nearest(search)
         final, after, learned = _shaped(context, starts, named, plain)
     return Trace(
