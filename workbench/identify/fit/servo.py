@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import least_squares
-from scipy.signal import lfilter, ss2tf, tf2ss
 
 from ...rigs.inner_loop import InnerLoop
 from .intervals import clustered, widest
@@ -82,6 +81,8 @@ def _projected(loop: InnerLoop, pushed: bool, windows: Windows, q: np.ndarray) -
 
 
 def _of_group(loop: InnerLoop, pushed: bool, windows: Windows, group: WindowGroup, q: np.ndarray) -> Projected:
+    from scipy.signal import lfilter  # here, as it takes a third of a second
+
     place = windows.names.index(loop.controls)
     compared = group.weight[..., place] > 0
     rate, held = float(np.exp(q[0])), windows.commands(group, float(q[-1]))
@@ -106,6 +107,8 @@ def _of_group(loop: InnerLoop, pushed: bool, windows: Windows, group: WindowGrou
 def _held(poles: list[float], older: float, newer: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numerators of what is held for the `older` and the `newer` part [s] of a period, and the denominator; gain 1
     (Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed. 1998, ch. 4: systems with delay)."""
+    from scipy.signal import ss2tf, tf2ss
+
     a, b, c, d = (np.asarray(part) for part in tf2ss([poles[-1]], poles))
     whole = np.block([[a, b], [np.zeros((1, len(a) + 1))]])
     (first, early), (then, late) = (np.split(expm(whole * span)[:-1], [-1], axis=1) for span in (older, newer))
