@@ -11,6 +11,16 @@ _PLACES = (-0.5, -0.25, 0.0, 0.25, 0.5)  # of a gap, about its middle: where a w
 _SPEEDS = (-2.0, -0.6, 0.0, 0.6, 2.0)  # of the speed's scale: how fast
 
 
+def in_view(engine: Engine, p: np.ndarray) -> bool:
+    """Whether the position's sensor is on what moves across a gap, with parameters p [parameters]: only then a window
+    tells where in its gap it begins."""
+    x = np.tile(engine.plant.start, (2, 1))
+    for column, *_ in engine.plant.gaps:
+        x[1, column] += engine.plant.scale[column]
+    still, moved = _read(engine, x, np.tile(p[: len(engine.plant.parameters)], (2, 1)))
+    return bool(moved != still)
+
+
 def across_gaps(engine: Engine, x: np.ndarray, p: np.ndarray) -> list[np.ndarray]:
     """States as x [k, n], with parameters p [k, parameters], with what moves across a gap anywhere in it, at rest and
     at some speeds, and the position read as at x."""

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .gap_guesses import in_view
 from .model import Model
 from .normal_equations import FIRST_DAMPING, Normal, costs, normal_equations
 from .windows import FIRST_ROWS, Windows
@@ -50,7 +51,7 @@ def fit_states(
 
 def predicted_states(model: Model, windows: Windows, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Initial states [w, n] with the least errors for numbers that stay, and the squared errors [w]."""
-    if _rattles(model, windows):
+    if _rattles(model, windows, p):
         return fit_states(model, windows, _swept(model, windows, p), p)
     x0, squares = fit_states(model, windows, model.starts(windows, p), p)
     for _ in range(REFRESHED):
@@ -83,7 +84,7 @@ def escape_bad_starts(
     """
     if windows.from_rest:
         return x0, x0, np.zeros(windows.count, bool)
-    if _rattles(model, windows):
+    if _rattles(model, windows, p):
         anew = _swept(model, windows, p)
     else:
         measured, joined = model.starts(windows, p, x0), model.joined(windows, p, x0)
@@ -94,9 +95,9 @@ def escape_bad_starts(
     return np.where(better[:, None], states, x0), anew, better
 
 
-def _rattles(model: Model, windows: Windows) -> bool:
+def _rattles(model: Model, windows: Windows, p: np.ndarray) -> bool:
     """Whether where windows begin in a gap is to be sought."""
-    return bool(model.plant.gaps) and not windows.free_run
+    return bool(model.plant.gaps) and not windows.free_run and in_view(model.engine, p)
 
 
 def _swept(model: Model, windows: Windows, p: np.ndarray) -> np.ndarray:

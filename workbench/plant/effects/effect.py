@@ -117,13 +117,13 @@ class Effect:
 
     @property
     def has_memory(self) -> bool:
-        """Whether one of its states is memory, or moves across a gap: where it is there is all that was before."""
-        return any(state.memory or state.across for state in self.states)
+        """Whether one of its states is memory, or rattles: where it is in its gap is all that was before."""
+        return self.rattles or any(state.memory for state in self.states)
 
     @property
     def rattles(self) -> bool:
-        """Whether one of its states moves freely across a gap between impacts."""
-        return any(state.across for state in self.states)
+        """Whether one of its states moves freely across a gap between impacts, in view of the position's sensor."""
+        return "sensor_position" in self.laws and any(state.across for state in self.states)
 
     @property
     def title(self) -> str:
