@@ -19,13 +19,15 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.frequency.config import load
 from workbench.commands.frequency.two_columns import pair_model, run_pairs
 from workbench.commands.new.closed_loop import closed_loop_files
+from workbench.commands.trace.told import told_section, told_sentence
 from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
 from workbench.identify.data.frequency_response import averaged, between, measured_response
 from workbench.identify.fit.followed import _off as off
+from workbench.identify.trace.findings import Trace
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
-from workbench.identify.trace.told import told_effects
+from workbench.identify.trace.told import ToldEffects, told_effects
 from workbench.linear import equilibrium, linearise
 from workbench.link.client import LinkClient
 from workbench.link.wire_loop import stands
@@ -35,6 +37,7 @@ from workbench.plant.effects.declared import effects_for
 from workbench.records import Campaign, Record, write_csv
 from workbench.records.excitation import Excitation, multisine
 from workbench.records.pair import read_pair
+from workbench.report import Table
 from workbench.rigs.driven import driven, load_driven
 from workbench.rigs.inner_loop import inner_specs
 from workbench.rigs.linear_rig import LinearRig
@@ -454,3 +457,22 @@ def test_what_a_loop_hides_is_said_before_any_effect_is_tried(rig, tmp_path, pin
     assert set(told.shown) | set(told.hidden) == TOLD
     assert ("drive.lag" in told.shown) == pinned
     assert told.alike == [["main.asymmetry", "load.bias"]]
+
+
+def test_the_page_of_a_trace_says_what_a_loop_lets_through():
+    told = ToldEffects(
+        ["load.bias", "main.asymmetry", "main.deadband"], ["drive.lag"], [["load.bias", "main.asymmetry"]]
+    )
+    named = SimpleNamespace(candidate=SimpleNamespace(effect=SimpleNamespace(name="main.asymmetry")))
+    trace = cast(Trace, SimpleNamespace(told=told, effects=(named,)))
+    said = told_sentence(trace)
+    assert "Of 4 effects these records of a closed loop could show 3" in said
+    assert "They do not tell main.asymmetry from load.bias." in said
+    (section,) = told_section(trace)
+    (table,) = section.items
+    assert isinstance(table, Table)
+    assert ["load.bias", True, "main.asymmetry"] in table.rows
+    assert ["drive.lag", False, ""] in table.rows
+    open_loop = cast(Trace, SimpleNamespace(told=None, effects=()))
+    assert told_sentence(open_loop) == ""
+    assert told_section(open_loop) == []
