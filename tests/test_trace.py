@@ -262,7 +262,7 @@ def test_where_no_score_explains_anything_more_names_are_fitted_those_with_memor
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):
     """Friction is declared, so nothing is missing; the rig's fit is left off its optimum, a spring's fit finds it."""
 
-    def stuck(problem):
+    def stuck(problem, follows=True):
         good = fit_rig(problem)
         x = good.fit.x + 0.4
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)
