@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from workbench.commands.fit.ladder import ladder_sentence
 from workbench.commands.new.closed_loop import closed_loop_files
 from workbench.identify.fit.servo import fit_servos
 from workbench.identify.trace.problem import estimation_problem
@@ -73,3 +74,10 @@ def test_a_second_pole_is_seen_where_there_is_one(rig):
     holds(second.numbers["delay [s]"], DELAY)
     assert second.heldout == pytest.approx(NOISE, rel=0.02)
     assert free.heldout > 3 * NOISE
+
+
+def test_where_nothing_follows_no_structure_is_claimed():
+    rungs = [{"rung": "first order", "left": 1.08, "numbers": {}}, {"rung": "this plant", "left": 1.04, "numbers": {}}]
+    said = ladder_sentence({"bears": None, "unit": "mm", "rungs": rungs})
+    assert "check which column is the reference" in said
+    assert "bear" not in said

@@ -5,8 +5,7 @@ A rig file is TOML with the tables `supply`, `oil`, `valve` (`kind`, `corrector`
 `sessions.NAME`; `effect_files` lists Python files beside it with a user's own effects. A number is `{value = 2.29,
 unit = "mm", source = "...", bounds = [2.2, 2.4]}`; `bounds` (in the same unit) are how far a fit may move it,
 `interval` within what a fit knows it (95 %). A session has numbers of the plant that were others in the records of a
-campaign's session of that name.
-Everything is SI once read.
+campaign's session of that name. Everything is SI once read.
 """
 
 from collections.abc import Mapping

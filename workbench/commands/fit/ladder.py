@@ -10,6 +10,7 @@ from ...identify.trace.problem import EstimationProblem
 from ...report import Section, Table
 
 _AS_GOOD = 1.05  # of the least error: fewer numbers are as good
+_LOST = 0.5  # of the movement: what leaves more follows nothing
 _PLANT = "this plant"
 _UNITS = {"s": ("ms", 1e3), "m": ("mm", 1e3), "m/N": ("mm/kN", 1e6)}
 
@@ -17,7 +18,7 @@ _UNITS = {"s": ("ms", 1e3), "m": ("mm", 1e3), "m/N": ("mm/kN", 1e6)}
 def ladder(problem: EstimationProblem, shares: Mapping[str, Any]) -> dict[str, Any]:
     """`ladder`, where `shares` say what a rig with an inner loop leaves: `rungs`, servos and then the plant as fitted,
     each with what it leaves in the held-out windows, and the first that is as good as the best, which the records
-    bear."""
+    bear; None where nothing follows."""
     loop, share = problem.rig.inner, shares.get("shares")
     if loop is None or share is None or share["left"] is None:
         return {}
@@ -29,13 +30,16 @@ def ladder(problem: EstimationProblem, shares: Mapping[str, Any]) -> dict[str, A
     ]
     rungs.append({"rung": _PLANT, "left": share["left"], "numbers": {}})
     enough = _AS_GOOD * min(rung["left"] for rung in rungs)
-    bears = next(rung["rung"] for rung in rungs if rung["left"] <= enough)
+    follows = enough < _LOST * share["moves"]
+    bears = next(rung["rung"] for rung in rungs if rung["left"] <= enough) if follows else None
     return {"ladder": {"bears": bears, "unit": share["unit"], "rungs": rungs}}
 
 
 def ladder_sentence(ladder: Mapping[str, Any]) -> str:
     """What the records bear, and what more or less structure leaves."""
     unit, rungs = ladder["unit"], ladder["rungs"]
+    if ladder["bears"] is None:
+        return " Neither a servo nor this plant follows what was recorded; check which column is the reference."
     borne = next(rung for rung in rungs if rung["rung"] == ladder["bears"])
     others = ", ".join(f"{rung['rung']} {rung['left']:.3g}" for rung in rungs if rung is not borne)
     if borne["rung"] == _PLANT:
@@ -49,7 +53,7 @@ def ladder_sentence(ladder: Mapping[str, Any]) -> str:
 def ladder_section(ladder: Mapping[str, Any]) -> Section:
     """Each rung with its numbers."""
     rows = [[rung["rung"], _numbers(rung), rung["left"]] for rung in ladder["rungs"]]
-    note = "Each is fitted to the train windows. What fewer numbers follow as well, to a twentieth, tells no more."
+    note = f"Fitted to the train windows; fewer numbers are as good within {_AS_GOOD - 1:.0%} of the least error."
     table = Table("Structure", ["structure", "numbers, 95 %", f"left, held out [{ladder['unit']}]"], rows, note=note)
     return Section("How much structure the records bear", [table])
 
