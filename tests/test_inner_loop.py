@@ -15,6 +15,8 @@ from scipy.signal import lfilter
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.frequency.config import load
+from workbench.commands.frequency.two_columns import run_pairs
 from workbench.commands.new.closed_loop import closed_loop_files
 from workbench.commands.trace.told import told_section, told_sentence
 from workbench.engine import Engine
