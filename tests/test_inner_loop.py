@@ -21,7 +21,7 @@ from workbench.commands.new.closed_loop import closed_loop_files
 from workbench.commands.trace.told import told_section, told_sentence
 from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
-from workbench.identify.fit.followed import _off as off
+from workbench.identify.fit.followed import _in_band as in_band, _off as off
 from workbench.identify.trace.findings import Trace
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
@@ -308,6 +308,16 @@ def test_a_loop_that_is_too_slow_for_its_reference_is_not_off():
     assert off(Record("slow", t, {"reference": sweep, "position": slow}), "reference", "position") is None
     slow[4000:6000] = slow[4000]
     assert off(Record("off", t, {"reference": sweep, "position": slow}), "reference", "position") == (4.0, 6.0)
+
+
+def test_lines_that_are_sure_by_chance_beyond_a_slow_sweep_say_nothing_of_who_leads():
+    f = 0.5 * np.arange(1, 1001)
+    moved, chance = f <= 5, (f > 5) & (np.arange(f.size) % 20 == 0)
+    kept = in_band(f, moved | chance)
+    assert kept[moved].all()
+    assert f[kept].max() < 20  # of 1000 lines to 500 Hz
+    assert in_band(f, np.ones(f.size, bool)).all()
+    assert not in_band(f, np.zeros(f.size, bool)).any()
 
 
 def test_a_live_rig_with_an_inner_loop_is_not_driven(rig):

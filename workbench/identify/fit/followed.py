@@ -37,7 +37,7 @@ def _problem(record: Record, asked: str, came: str) -> str:
             f"{came} rests from {first:.3g} to {last:.3g} s while {asked} moves: the loop was off; leave that part out"
         )
     response = measured_response(record, asked, came)
-    sure = response.radius < _SURE * np.abs(response.response)
+    sure = _in_band(response.f, response.radius < _SURE * np.abs(response.response))
     if sure.sum() < _FEWEST:
         return ""
     f, h = response.f[sure], response.response[sure]
@@ -54,6 +54,13 @@ def _problem(record: Record, asked: str, came: str) -> str:
             f"columns, or, where {asked} was logged late, move it by its logger's delay"
         )
     return _driving(record) if came == POSITION else ""
+
+
+def _in_band(f: np.ndarray, sure: np.ndarray) -> np.ndarray:
+    """The `sure` lines [k] at f [k] up to where half of all are: beyond what moves some are sure by chance."""
+    order = np.argsort(f)
+    share = np.cumsum(sure[order]) / np.arange(1, f.size + 1)
+    return sure & (f <= np.max(f[order][share >= 0.5], initial=-np.inf))
 
 
 def _lead(f: np.ndarray, h: np.ndarray) -> float:
