@@ -194,13 +194,18 @@ def _demand(vd, p, x, c):
     return vd / max(1, abs(vd) * p["T"] / TRAVEL), {}
 
 
+def _drawn(c):
+    return (c["flow"] + c["other"]) / c["rated"]
+
+
 def _largest_flow(_, p, x, c):
-    beyond = max(c["flow"] / c["rated"] - p["share"], 0)
+    left = max(p["share"] - c["other"] / c["rated"], 0)
+    beyond = max(c["flow"] / c["rated"] - left, 0)
     return (), {"drop": ((c["supply"] + x["drop"]) * beyond / 0.05 - x["drop"]) / p["tau"]}
 
 
 def _largest_power(_, p, x, c):
-    lost = max(1 - p["share"] / max(c["flow"] / c["rated"], 1e-3), 0)
+    lost = max(1 - p["share"] / max(_drawn(c), 1e-3), 0)
     return (), {"drop": ((c["supply"] + x["drop"]) * lost - x["drop"]) / p["tau"]}
 
 
@@ -214,16 +219,16 @@ def _curve(pair, p, x, c):
 
 
 def _laminar(_, p, x, c):
-    return (), {"drop": (p["sag"] * c["flow"] / c["rated"] - x["drop"]) / p["tau"]}
+    return (), {"drop": (p["sag"] * _drawn(c) - x["drop"]) / p["tau"]}
 
 
 def _orifice(_, p, x, c):
-    return (), {"drop": (p["sag"] * (c["flow"] / c["rated"]) ** 2 - x["drop"]) / p["tau"]}
+    return (), {"drop": (p["sag"] * _drawn(c) ** 2 - x["drop"]) / p["tau"]}
 
 
 def _accumulator(_, p, x, c):
     gas, pump = c["supply"] / (c["supply"] + x["drop"]), p["pump"] * np.tanh(x["drop"] / 5e5)
-    return (), {"drop": p["rate"] * 1.4 * c["supply"] * gas ** (1 / 1.4) * (c["flow"] / c["rated"] - pump)}
+    return (), {"drop": p["rate"] * 1.4 * c["supply"] * gas ** (1 / 1.4) * (_drawn(c) - pump)}
 
 
 def _isothermal(beta, p, x, c):
@@ -328,7 +333,7 @@ SPEED, SPOOL_SPEED = some(-2, 2), {"velocity": some(-0.5, 0.5), "travel": st.jus
 LOOP = {"error": some(-2, 2), "spool": some(-1, 1), "gain": st.just(0.6), "limit": st.just(1.0)}
 RUBBING = {"velocity": some(-1, 1)}
 Z = {"spool": SPOOL, "lap": st.just(EPS), "travel": st.just(TRAVEL)}
-DRAWN = {"flow": FLOW, "rated": st.just(0.02), "supply": some(2e6, PS)}
+DRAWN = {"flow": FLOW, "other": some(0, 0.01), "rated": st.just(0.02), "supply": some(2e6, PS)}
 OIL = {"pressure": PRESSURE}
 CHAMBERS = {"pa": PRESSURE, "pb": PRESSURE, "drain": st.just(PR)}
 PLACE = {"position": some(-0.25, 0.25)}

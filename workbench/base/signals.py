@@ -63,6 +63,8 @@ SIGNALS: dict[str, Signal] = {
         Signal("direction", "1", "1", "direction valves of a pump drive: 1 pump to A, -1 to B, 0 off"),
         Signal("load_setting", "Pa", "bar", "pressure that the valve of a loading cylinder is set to"),
         Signal("pump_speed", "rad/s", "rpm", "shaft speed of a pump, times its direction"),
+        Signal("other_position", "m", "mm", "position of another function that draws from the same pump"),
+        Signal("other_velocity", "m/s", "m/s", "velocity of another function that draws from the same pump"),
         Signal("disturbance", "N", "kN", "force on the moving mass, against positive motion"),
     )
 }
@@ -101,7 +103,9 @@ def port_pressures(signals: Mapping[str, T], of: str = "") -> tuple[T, T]:
 DRIVING = ("command", "reference", "force_reference")
 """What may drive a rig: a record has one of them at least."""
 
-FURTHER_INPUTS = ("direction", "load_setting", "specimen_position", "specimen_velocity", "disturbance")
+FURTHER_INPUTS = (
+    *("direction", "load_setting", "specimen_position", "specimen_velocity", "disturbance", "other_velocity"),
+)
 """What a record may carry besides the command as an input of the plant."""
 
 MEASURED = (

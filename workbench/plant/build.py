@@ -187,9 +187,13 @@ def _acceleration(b: Assembly, rod: ca.SX, specimen: ca.SX, x: ca.SX, v: ca.SX) 
 
 
 def _draw(b: Assembly, rig: Rig, valve: ValveFlows, supply: ca.SX) -> None:
-    """The flow [m^3/s] that the main lands draw from the supply; the rated one is at full travel, 35 bar a land."""
-    drawn = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0))
-    b.slot("supply_flow", None, flow=drawn, rated=VALVES[rig.valve].rated_flow(b), supply=supply)
+    """The flows [m^3/s] that the main lands, and another function, draw from the supply; the rated one is at full
+    travel, 35 bar a land."""
+    drawn, other = b["n"] * (ca.fmax(valve.into_a, 0) + ca.fmax(-valve.out_of_b, 0)), ca.SX(0)
+    if "other_AA" in b:
+        velocity = b.input("other_velocity", "m/s", rig.limit("speed"))
+        other = b["other_AA"] * ca.fmax(velocity, 0) + b["other_AB"] * ca.fmax(-velocity, 0)
+    b.slot("supply_flow", None, flow=drawn, other=other, rated=VALVES[rig.valve].rated_flow(b), supply=supply)
 
 
 def _oil(b: Assembly, rig: Rig) -> tuple[jacks.Chambers, line_valves.Lines]:

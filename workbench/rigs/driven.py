@@ -13,6 +13,9 @@ from ..records.campaign import ROLES
 from .load import MEASURED
 from .rig import Rig
 from .rig_file import load_rig
+from .schema import SHARED
+
+_ABOUT = 0.05  # s to either side, between which another function's velocity is a difference
 
 
 def load_driven(folder: str | Path, rig: str | Path = "") -> tuple[Campaign, Rig]:
@@ -23,10 +26,11 @@ def load_driven(folder: str | Path, rig: str | Path = "") -> tuple[Campaign, Rig
 
 
 def driven(campaign: Campaign, rig: Rig) -> Campaign:
-    """The campaign with the reference of the rig's inner loop, over its full command, as the command; as it is for a
-    rig without one.
+    """The campaign with the reference of the rig's inner loop, over its full command, as the command; with the velocity
+    of another function that draws from its pump; as it is for a rig with neither.
 
-    Raises InputError for a record that lacks what drives the rig, or goes beyond what that can be.
+    Raises InputError for a record that lacks what drives the rig or draws from its pump, or goes beyond what that can
+    be.
     """
     parts = {role: tuple(_driven(record, rig) for record in getattr(campaign, role)) for role in ROLES}
     return replace(campaign, **parts)
@@ -35,6 +39,7 @@ def driven(campaign: Campaign, rig: Rig) -> Campaign:
 def _driven(record: Record, rig: Rig) -> Record:
     if rig.load == MEASURED and "force" in record.signals:
         record = replace(record, signals=_force_in(record.signals), valid=_force_in(record.valid))
+    record = _with_other(record, rig)
     loop = rig.inner
     name = loop.reference if loop else "command"
     if name not in record.signals:
@@ -53,6 +58,24 @@ def _driven(record: Record, rig: Rig) -> Record:
         raise InputError(f"{where}, and full_command of [inner] is {signal.text(loop.full_command)}; {hint}")
     signals = {**record.signals, "command": record.signals[name] / loop.full_command}
     return replace(record, signals=signals, valid={**record.valid, "command": record.valid[name]})
+
+
+def _with_other(record: Record, rig: Rig) -> Record:
+    """With the velocity of another function, from its position where that was recorded."""
+    if not SHARED.keys() & rig.numbers.keys() or "other_velocity" in record.signals:
+        return record
+    if "other_position" not in record.signals:
+        why = f"of the function that draws from the pump of rig {rig.name}, too"
+        raise InputError(f"record {record.name}: no other_position, {why}; map its column under [signals]")
+    velocity = _slopes(record.t, record.signals["other_position"])
+    valid = {**record.valid, "other_velocity": record.valid["other_position"]}
+    return replace(record, signals={**record.signals, "other_velocity": velocity}, valid=valid)
+
+
+def _slopes(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Slopes [n] of samples x [n] from _ABOUT before each time to as much behind it, whose clock need not be even."""
+    first, end = np.maximum(t - _ABOUT, t[0]), np.minimum(t + _ABOUT, t[-1])
+    return (np.interp(end, t, x) - np.interp(first, t, x)) / (end - first)
 
 
 def _force_in(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -100,7 +100,8 @@ class Rig(Mapping[str, float]):
     @property
     def specs(self) -> Mapping[str, Spec]:
         """Unit, possible range and meaning of every number that the plant may have."""
-        return {**number_specs(self.valve, self.corrector, self.jack, self.load), **schema.GAS, **self._optional_specs}
+        own = number_specs(self.valve, self.corrector, self.jack, self.load)
+        return {**own, **schema.FURTHER_SPECS, **self._optional_specs}
 
     @property
     def _optional_specs(self) -> Mapping[str, Spec]:
@@ -209,7 +210,7 @@ class Rig(Mapping[str, float]):
         specs = number_specs(self.valve, corrector, self.jack, self.load)
         if missing := [name for name in specs if name not in self.numbers]:
             raise InputError(f"rig {self.name}: corrector {corrector} needs {missing[0]}, which the rig file lacks")
-        names = (*specs, *schema.GAS, *self._optional_specs)
+        names = (*specs, *schema.FURTHER_SPECS, *self._optional_specs)
         numbers = {name: self.numbers[name] for name in names if name in self.numbers}
         return replace(self, corrector=corrector, numbers=numbers)
 

@@ -100,13 +100,13 @@ def _read(path: Path, shown: str) -> Rig:
     corrector = valve.word("corrector", valve_kind.correctors) if valve_kind.correctors else NO_CORRECTOR
     load = top.table("load").word("kind", LOADS, SPECIMEN)
     numbers = {
-        **_numbers(top.table("supply"), schema.SUPPLY),
+        **_numbers(top.table("supply"), schema.SUPPLY | (schema.SHARED if valve_kind.has_lands else {})),
         **_numbers(top.table("oil"), schema.OIL | schema.GAS),
         **_numbers(valve, valve_kind.schema(corrector), "kind", "corrector"),
         **_numbers(jack, jack_kind.numbers, "kind"),
         **_numbers(top.table("load"), {**schema.LOAD, **LOADS[load]}, "kind"),
     }
-    specs = number_specs(valve_kind.name, corrector, jack_kind.name, load) | schema.GAS
+    specs = number_specs(valve_kind.name, corrector, jack_kind.name, load) | schema.FURTHER_SPECS
     limits = _numbers(top.table("limits"), schema.LIMITS, "stop")
     inner = None
     if "inner" in top:

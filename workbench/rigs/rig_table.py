@@ -12,9 +12,10 @@ if TYPE_CHECKING:
 
 
 def rig_table(rig: "Rig") -> dict[str, Any]:
+    further = {section: [name for name in specs if name in rig.numbers] for section, specs in schema.FURTHER.items()}
     sections: dict[str, dict[str, Any]] = {
-        "supply": dict.fromkeys(schema.SUPPLY),
-        "oil": dict.fromkeys((*schema.OIL, *(name for name in schema.GAS if name in rig.numbers))),
+        "supply": dict.fromkeys((*schema.SUPPLY, *further["supply"])),
+        "oil": dict.fromkeys((*schema.OIL, *further["oil"])),
         "valve": dict.fromkeys(rig.valve_kind.schema(rig.corrector)),
         "jack": dict.fromkeys(rig.jack_kind.numbers),
         "load": dict.fromkeys((*schema.LOAD, *LOADS[rig.load])),

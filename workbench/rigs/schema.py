@@ -16,6 +16,14 @@ GAS = {
     "Pv": Spec("Pa", 0.0, 5e4, "vapour pressure of the oil, absolute"),
 }
 """Of the oil, too, and optional; rigs/oil.py has what mineral oil is."""
+SHARED = {
+    "other_AA": Spec("m^2", 1e-6, 3.0, "area of another function on the same pump, which oil pushes as it extends"),
+    "other_AB": Spec("m^2", 1e-6, 3.0, "the same, as it retracts"),
+}
+"""Of a supply that two functions draw from, whose other one's position is recorded."""
+FURTHER = {"supply": SHARED, "oil": GAS}
+"""Numbers that a table may have, or not: all of one kind, or none."""
+FURTHER_SPECS = {name: spec for specs in FURTHER.values() for name, spec in specs.items()}
 
 LOAD = {
     "M": Spec("kg", 1e-2, 1e6, "moving mass"),
@@ -46,8 +54,8 @@ SHUT_OFF = {
     "leak": Spec("1", 0.0, 1.0, "share of the servo-valve's flow that it lets through when closed"),
 }
 OPTIONAL = (
-    *GAS,
+    *FURTHER_SPECS,
     *(name for name in inner_specs(POSITION) if name != GAIN),
     *("pressure", "least_pressure", "command", "following_error", "flow_error", "computing_delay", "deadline"),
 )
-"""Of oil, inner loop, limits and control."""
+"""Of supply, oil, inner loop, limits and control."""

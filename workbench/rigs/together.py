@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from ..base.table import ConfigTable
 from ..base.units import from_si
+from .schema import SHARED
 
 if TYPE_CHECKING:
     from .number import Number
@@ -21,6 +22,9 @@ def problem_together(numbers: Mapping[str, "Number"], limits: Mapping[str, "Numb
         low, high = (f"{from_si(n.value, n.unit, n.si):.6g} {n.unit}" for n in (supply, tank))
         problem = f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
         return "supply", "Ps", problem
+    if len(given := [name for name in SHARED if name in numbers]) == 1:
+        lacking = next(name for name in SHARED if name not in numbers)
+        return "supply", given[0], f"another function needs {lacking} beside it; give both, or neither"
     mass, part = numbers["M"], next((numbers[name] for name in ("Mg", "Mr") if name in numbers), None)
     if part is not None and part.value > mass.value:
         return "load", part.name, f"{part.value:g} kg is part of M, {mass.value:g} kg; give less"

@@ -53,7 +53,10 @@ _VALVE = {
 
 _PLANT = {
     "supply": Slot("supply pressure [Pa] at the valve"),
-    "supply_flow": Slot("nothing: here the flow [m^3/s] drawn from the supply is known", ("flow", "rated", "supply")),
+    "supply_flow": Slot(
+        "nothing: here the flow [m^3/s] drawn from the supply is known, and that of another function",
+        ("flow", "other", "rated", "supply"),
+    ),
     "ports": Slot("pressures (of A, of B) [Pa] at the valve, where they are measured"),
     "line_flows": Slot(
         "flows (into A, out of B) [m^3/s] of all valves, as they come to the chambers",

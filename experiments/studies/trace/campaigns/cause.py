@@ -50,7 +50,7 @@ def cause(name: str, formula: str, rig: Rig) -> Cause:
         if candidate.key == (name, formula):
             inside = rig.valve == "second-order" and candidate.effect.equation in INSIDE
             return replace(candidate, equations=INSIDE) if inside else candidate
-    raise InputError(f'nothing to draw called "{name}", "{formula}"; see workbench/commands/trace_study/off_library')
+    raise InputError(f'nothing to draw called "{name}", "{formula}"; see experiments/studies/trace/off_library')
 
 
 def _cause(effect: Effect) -> Cause:

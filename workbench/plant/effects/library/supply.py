@@ -1,7 +1,8 @@
 """supply.sag and supply.limit: the pressure at the valve falls with the flow that it draws, or where the pump
 ends. State `drop` [Pa] below the declared Ps.
 
-Flows are over the rated one of all valves, at full command and 70 bar, so that the numbers suit a rig of any size. Line
+Flows are over the rated one of all valves, at full command and 70 bar, so that the numbers suit a rig of any size. Q is
+what is drawn, Qo of it by another function of the same pump (0 on a rig that declares none). Line
 and manifold are a first-order lag of the drop, so that a resistance of 0 leaves the declared supply.
 """
 
@@ -18,6 +19,11 @@ _STEEP = 0.05  # of rated flow, over which a pump at its end loses its pressure
 _LEAST = 1e-3  # of rated flow, below which no power limiter acts
 _SAG = number("sag", 5e6, "Pa", shown="bar", low=0.0, high=2e8, off=0.0, meaning="drop of the supply at rated flow")
 _TAU = number("tau", 5e-3, "s", shown="ms", low=1e-4, high=1.0, meaning="time constant of line and manifold")
+
+
+def _share(s: Scope) -> ca.SX:
+    """Q/Qr."""
+    return (s["flow"] + s["other"]) / s["rated"]
 
 
 def _sagged(supply: ca.SX, s: Scope) -> ca.SX:
@@ -46,7 +52,7 @@ _sag = partial(
 )
 def laminar(_: None, s: Scope) -> None:
     """tau drop' = sag Q/Qr - drop: laminar line of resistance R = sag/Qr; tau = R V/beta, V the manifold's volume."""
-    s.rate("drop", (s.p("sag") * s["flow"] / s["rated"] - s.x("drop")) / s.p("tau"))
+    s.rate("drop", (s.p("sag") * _share(s) - s.x("drop")) / s.p("tau"))
 
 
 @_sag(
@@ -56,7 +62,7 @@ def laminar(_: None, s: Scope) -> None:
 )
 def turbulent(_: None, s: Scope) -> None:
     """tau drop' = sag (Q/Qr)^2 - drop: turbulent line or orifice."""
-    share = s["flow"] / s["rated"]
+    share = _share(s)
     s.rate("drop", (s.p("sag") * share * share - s.x("drop")) / s.p("tau"))
 
 
@@ -76,7 +82,7 @@ def accumulator(_: None, s: Scope) -> None:
     drop = s.x("drop")
     full = s["supply"] + drop
     left = ca.fmax(s["supply"] / full, 1e-3)
-    missing = s["flow"] / s["rated"] - s.p("pump") * ca.tanh(drop / _BAND)
+    missing = _share(s) - s.p("pump") * ca.tanh(drop / _BAND)
     s.rate("drop", s.p("rate") * _ADIABATIC * full * left ** (1 + 1 / _ADIABATIC) * missing)
 
 
@@ -101,9 +107,12 @@ def _end(meaning: str) -> EffectNumber:
 
 @_limit("flow", source=f"{_WATTON}, full delivery", numbers=(_end("largest flow of the pump over rated flow"), _TAU))
 def largest_flow(_: None, s: Scope) -> None:
-    """tau drop' = (P + drop) max(Q/Qr - share, 0)/0.05 - drop: beyond its flow the pressure is gone within 5 %."""
+    """tau drop' = (P + drop) max((Q - Qo)/Qr - max(share - Qo/Qr, 0), 0)/0.05 - drop.
+
+    Beyond the flow that another function leaves, the pressure is gone within 5 %.
+    """
     full = s["supply"] + s.x("drop")
-    beyond = ca.fmax(s["flow"] / s["rated"] - s.p("share"), 0)
+    beyond = ca.fmax(s["flow"] / s["rated"] - ca.fmax(s.p("share") - s["other"] / s["rated"], 0), 0)
     s.rate("drop", (full * beyond / _STEEP - s.x("drop")) / s.p("tau"))
 
 
@@ -115,5 +124,5 @@ def largest_flow(_: None, s: Scope) -> None:
 def largest_power(_: None, s: Scope) -> None:
     """tau drop' = (P + drop) max(1 - share Qr/Q, 0) - drop: the pressure falls so that P Q stays at its largest."""
     full = s["supply"] + s.x("drop")
-    drawn = ca.fmax(s["flow"] / s["rated"], _LEAST)
+    drawn = ca.fmax(_share(s), _LEAST)
     s.rate("drop", (full * ca.fmax(1 - s.p("share") / drawn, 0) - s.x("drop")) / s.p("tau"))
