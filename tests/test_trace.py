@@ -259,6 +259,53 @@ def test_where_no_score_explains_anything_more_names_are_fitted_those_with_memor
     assert then == [f"plain.{k}" for k in range(5)]
 
 
+def test_where_the_shortlist_explains_nothing_every_effect_in_the_equations_in_question_is_fitted():
+    spring, lugre = find("load.spring", "linear"), find("jack.friction", "lugre")
+    plain = [Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(8)]
+    ranked = [(candidate, 0.3 - 0.01 * k) for k, candidate in enumerate(plain)]
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone = fit_rig(problem)
+        with trace_context(problem, [spring, lugre], no_checkpoint, lambda _: None, several=False) as context:
+
+            def names(equations, explained):
+                refits = _Refits(context, 1, alone, alone, NAMED, equations)
+                tried = {
+                    pair[0].effect.title: CandidateFit(
+                        *pair, Judgement(pair[0].effect.name, "linear", explained, 1.5, 1, "", ""), alone
+                    )
+                    for pair in ranked[:4]
+                }
+                return [pair[0].effect.name for pair in refits._planned(ranked, tried)]
+
+            assert names((), 0.1) == names(("flow",), 0.1) == names(("force",), 0.9)
+            assert names(("force",), 0.1) == [f"plain.{k}" for k in range(8)]
+
+
+def test_numbers_that_have_taken_an_effect_are_let_go_before_nothing_is_named(monkeypatch):
+    """Friction is what is missing, and its refit is left where the rig's numbers explain a part of it."""
+
+    def stuck(problem, alone, candidate, again=False):
+        good = refit(problem, alone, candidate, again)
+        x = good.fit.x.copy()
+        x[: len(problem.free)] += 0.02
+        p = numbers_at(good.model, good.fit.free, x, good.fit.p)
+        x0, squares = predicted_states(good.model, problem.train, p)
+        left = replace(good.fit, x=x, p=p, x0=x0, squares=squares, unseen=squares)
+        return with_selection(problem, good.model, left, good.known)
+
+    monkeypatch.setattr("workbench.identify.trace.refits.refit", stuck)
+    library = [find("jack.friction", "coulomb")]
+    with one_blas_thread():
+        problem = estimation_problem(rubbing_campaign(), RIG)
+        alone = fit_rig(problem)
+        with trace_context(problem, library, no_checkpoint, lambda _: None, several=False) as context:
+            short, whole = (run_pass(context, 1, alone, alone, equations=each) for each in ((), ("force",)))
+    assert 0.3 < short.tried[0].judgement.explained < NAMED
+    assert not short.accepted
+    assert [fit.candidate.effect.name for fit in whole.accepted] == ["jack.friction"]
+
+
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):
     """Friction is declared, so nothing is missing; the rig's fit is left off its optimum, a spring's fit finds it."""
 

@@ -1,7 +1,8 @@
 """One pass of a search: effects are scored about a fit, the best are refitted beside it, and the rule judges them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from . import rule as decide
 from .context import TraceContext
 from .findings import CandidateFit, Pass
 from .problem import EstimationProblem
-from .refit import FittedModel, is_switched_off, refit
+from .refit import FittedModel, is_switched_off, refit, refit_from_declared
 from .several import best_of_several
 from .shortlist import Shortlist, score_effects, unpacked_shortlist
 from .stored import packed_candidate, packed_refit, unpacked, unpacked_candidate
@@ -36,13 +37,19 @@ Ranked = Sequence[tuple[Candidate, float]]
 
 
 def run_pass(
-    context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED
+    context: TraceContext,
+    number: int,
+    model_fit: FittedModel,
+    before: FittedModel,
+    share: float = decide.NAMED,
+    equations: Collection[str] = (),
 ) -> Pass:
     """Shortlist, refit and judge against the misfit of `before`; an effect that explains `share` of it is accepted.
+    Where none of the shortlist does, every other effect in `equations` is refitted, too.
 
     Where the time is over, of what was refitted until then. Raises OutOfTime before the shortlist."""
     shortlist = shortlist_of(context, number, model_fit)
-    tried, finished = _Refits(context, number, model_fit, before, share).of(shortlist.ranked)
+    tried, finished = _Refits(context, number, model_fit, before, share, equations).of(shortlist.ranked)
     problem, misfit = context.problem, before.squares - before.samples
     lead = decide.lead_by_noise(misfit, problem.kappa, len(context.library))
     best = decide.named([candidate_fit.judgement for candidate_fit in tried], share, lead)
@@ -110,8 +117,15 @@ class _Refits:
     """The refits of a pass beside `model_fit`, judged against the misfit of `before`."""
 
     def __init__(
-        self, context: TraceContext, number: int, model_fit: FittedModel, before: FittedModel, share: float
+        self,
+        context: TraceContext,
+        number: int,
+        model_fit: FittedModel,
+        before: FittedModel,
+        share: float,
+        equations: Collection[str] = (),
     ) -> None:
+        self._equations = equations
         self._context, self._number, self._model_fit, self._before = context, number, model_fit, before
         self._had = decide.explained(before.squares, model_fit.squares, model_fit.samples)
         self._left = max(1 - self._had, _GONE)
@@ -133,9 +147,31 @@ class _Refits:
                 tried |= self._refitted(ahead[: self._context.workers.count], first=not tried)
             except OutOfTime:
                 break
-        planned = [candidate.effect.title for candidate, _ in self._planned(ranked, tried)]
-        fits = [tried[title] for title in planned if title in tried]
-        return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained)), not ahead
+        planned = self._planned(ranked, tried)
+        fits = [tried[pair[0].effect.title] for pair in planned if pair[0].effect.title in tried]
+        finished = not ahead
+        if self._equations and finished and not self._is_explained(planned, tried):
+            fits, finished = self._from_declared(fits)
+        return tuple(sorted(fits, key=lambda candidate_fit: -candidate_fit.judgement.explained)), finished
+
+    def _from_declared(self, fits: Sequence[CandidateFit]) -> tuple[list[CandidateFit], bool]:
+        """The fits, those that explain a part made again from the numbers that the rig declares, and whether the time
+        sufficed: numbers that have taken much of what is missing may not find back."""
+        context, made = self._context, {fit.candidate.effect.title: fit for fit in fits}
+        parts = [fit for fit in fits if fit.judgement.passes and fit.judgement.explained >= decide.PARTIAL]
+        context.steps.begin(f"pass {self._number}, from declared numbers", FITS, len(parts), ahead=1)
+        for part in parts:
+            effect = part.candidate.effect
+            context.steps.say(f"fit with {effect.title}")
+            name = f"declared-{self._number}-{effect.name}-{effect.formula}"
+            try:
+                found = context.fit(name, partial(refit_from_declared, context.problem, part.refitted))
+            except OutOfTime:
+                return list(made.values()), False
+            context.steps.done()
+            judgement = judge(context, effect, self._model_fit, self._before, found)
+            made[effect.title] = replace(part, judgement=judgement, model_fit=found)
+        return list(made.values()), True
 
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
         """The best formula of each name, then its others; what is not `tried` explains as much as its score says.
@@ -155,6 +191,8 @@ class _Refits:
             if lost and _first_of(able, name).has_memory and self._is_explained(planned, tried):
                 continue
             planned += self._formulas([pair for pair in able if pair[0].effect.name == name], ranked, planned, tried)
+        for name in self._further(ranked, planned, tried):
+            planned += self._formulas([pair for pair in ranked if pair[0].effect.name == name], ranked, planned, tried)
         fits = [tried.get(pair[0].effect.title) for pair in planned]
         had = [pair[0].effect.name for pair in planned]
         for name in _neighbours(able, [candidate_fit for candidate_fit in fits if candidate_fit]):
@@ -182,6 +220,18 @@ class _Refits:
         if own[0][0].effect.has_memory and explains(own[0]) < _LOST and not self._least:
             return [own[0], *_others_with_memory(own[0][0].effect, ranked, explains)]
         return [own[0]]
+
+    def _further(self, ranked: Ranked, planned: Ranked, tried: Mapping[str, CandidateFit]) -> list[str]:
+        """The other names in the equations that lack something, where the shortlist, once tried, explains nothing: the
+        score of an effect that is not linear in its strength, or which numbers mimic, says little."""
+        if any(pair[0].effect.title not in tried for pair in planned) or self._is_explained(planned, tried):
+            return []
+        had = {pair[0].effect.name for pair in planned}
+        names = (pair[0].effect.name for pair in ranked if self._may_sit(pair[0].effect))
+        return [name for name in dict.fromkeys(names) if name not in had]
+
+    def _may_sit(self, effect: Effect) -> bool:
+        return not effect.shifts and effect.equation in self._equations
 
     def _is_explained(self, planned: Ranked, tried: Mapping[str, CandidateFit]) -> bool:
         """Whether one of the planned explains the misfit, now that they are tried."""

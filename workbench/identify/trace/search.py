@@ -1,6 +1,6 @@
 """The search of a trace: fit, gate, localise, then pass after pass until nothing is missing or nothing passes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -12,7 +12,9 @@ from .batches import search_batches
 from .context import TraceContext
 from .findings import CandidateFit, Pass, partial_effect
 from .joint import refit_pairs, without_false_first
+from .localise import clear_evidence, likely_equations
 from .locate import FaultLocation
+from .problem import EstimationProblem
 from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
 from .refits import FITS, run_pass
 from .several import best_of_several
@@ -46,6 +48,7 @@ class _Search:
         self._whole, self._context = context, context.timed
         self._passes: list[Pass] = []
         self._finished = True
+        self._likely: tuple[str, ...] = ()
         self.told: ToldEffects | None = None
 
     def run(self) -> SearchResult:
@@ -63,6 +66,7 @@ class _Search:
                 self.told = self._whole.told(base)
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = self._whole.location(name, base, ahead=3)
+            self._likely = _likely(place, context.problem)
             if context.several and context.problem.train.from_rest:
                 effects, passes, finished = search_batches(self._whole, base)
                 return SearchResult(base, effects, place, passes, finished)
@@ -81,7 +85,7 @@ class _Search:
         model_fit = base
         with self._in_time():
             while len(effects) < _PASSES and context.is_misfit(model_fit):
-                this_pass = self._pass(model_fit, model_fit)
+                this_pass = self._pass(model_fit, model_fit, equations=() if effects else self._likely)
                 if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
                     if not effects:
                         return (), better
@@ -97,8 +101,14 @@ class _Search:
                 model_fit = effects[-1].model_fit or model_fit
         return effects, None
 
-    def _pass(self, model_fit: FittedModel, before: FittedModel, share: float = decide.NAMED) -> Pass:
-        self._passes.append(run_pass(self._context, len(self._passes) + 1, model_fit, before, share))
+    def _pass(
+        self,
+        model_fit: FittedModel,
+        before: FittedModel,
+        share: float = decide.NAMED,
+        equations: Collection[str] = (),
+    ) -> Pass:
+        self._passes.append(run_pass(self._context, len(self._passes) + 1, model_fit, before, share, equations))
         self._finished &= self._passes[-1].finished
         return self._passes[-1]
 
@@ -153,6 +163,15 @@ class _Search:
         together = refit_pairs(self._context, this_pass, first)
         self._passes += together
         return tuple(fit for each in together for fit in each.accepted)
+
+
+def _likely(place: FaultLocation, problem: EstimationProblem) -> tuple[str, ...]:
+    """The equations of effects that may explain a misfit: those that its evidence does not put clearly behind, and with
+    the drive the stages behind it that have no evidence of their own."""
+    clear = clear_evidence(place.evidence, problem.kappa)
+    likely = likely_equations(place.evidence, place.parity_residuals, clear)
+    apart = {name for name, _ in place.evidence}
+    return (*likely, *(name for name in ("pilot", "main") if "drive" in likely and name not in apart))
 
 
 def _is_one_family(accepted: Sequence[CandidateFit]) -> bool:
