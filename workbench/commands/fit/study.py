@@ -13,6 +13,7 @@ from ...identify.fit.session_numbers import session_plants
 from ...identify.found.errors import rms_of
 from ...identify.found.fitted import base_intervals, correlations, fitted, fitted_rig, pinned
 from ...identify.found.session_fit import session_fits
+from ...identify.trace.considered import with_considered
 from ...identify.trace.problem import estimation_problem
 from ...identify.trace.refit import fit_rig, heldout_errors
 from ...identify.trace.stored import packed, unpacked
@@ -66,7 +67,8 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         raise InputError(f"--starts {starts}: must be 1 or more")
     with one_blas_thread():
         problem = estimation_problem(campaign, rig)
-        model_fit = unpacked(stage("fit", lambda: packed(fit_rig(problem, starts, progress))), problem, ())
+        stored = stage("fit", lambda: packed(fit_rig(problem, starts, progress)))
+        model_fit = with_considered(problem, unpacked(stored, problem, ()))
         progress("errors of the rig file and of the fit")
         predict = predict_whole if problem.free_run else predict_windows
         plants = session_plants(campaign, rig)

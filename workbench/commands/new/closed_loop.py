@@ -60,8 +60,8 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
         "oil": {"beta": _number(_BETA, "GPa", "Pa", f"{thumb}: mineral oil with some air", (0.5 * _BETA, 1.5 * _BETA))},
         "valve": {
             "kind": "second-order",
-            "f0": _number(_SPOOL, "Hz", "Hz", "fast: what lags counts as loop_delay"),
-            "zeta": _number(0.8, "1", "1", thumb),
+            "f0": _number(_SPOOL, "Hz", "Hz", thumb, known=(0.5 * _SPOOL, 1.5 * _SPOOL)),
+            "zeta": _number(0.8, "1", "1", thumb, known=(0.5, 1.1)),
             "z0": _number(0.0, "1", "1", "its maker's zero", (-0.05, 0.05)),
             "K3": _number(opened / 1e-3, "m^2/s/Pa^0.5", "m^2/s/Pa^0.5", f"{said}: the fastest speed; with loop_gain "
                           "it makes the speed gain, and only that is seen"),
@@ -107,9 +107,14 @@ def closed_loop_rig(label: Mapping[str, float], name: str) -> str:
     })  # fmt: skip
 
 
-def _number(value: float, unit: str, si: str, source: str, bounds: tuple[float, ...] = ()) -> dict[str, Any]:
+def _number(
+    value: float, unit: str, si: str, source: str, bounds: tuple[float, ...] = (), known: tuple[float, ...] = ()
+) -> dict[str, Any]:
+    """A number with bounds, within which it is fitted, or pinned but `known` within an interval alone."""
+
     def shown(number: float) -> float:
         return float(f"{float(from_si(number, unit, si)):.7g}")
 
-    ends = {"bounds": [shown(end) for end in bounds]} if bounds else {}
+    within = {"bounds": bounds, "interval": known}
+    ends = {key: [shown(end) for end in pair] for key, pair in within.items() if pair}
     return {"value": shown(value), "unit": unit, "source": source, **ends}

@@ -14,6 +14,7 @@ information, told   what records would tell, before they are made; what those of
 record_gain         what a further record adds: effects told apart, numbers told
 problem             which records are fitted, which select, which judge
 refit, rule         a fit with one effect more, and the rule that names one
+considered          pinned numbers that are not exactly known, in the intervals of the others
 left_out            fits made again without parts of free runs
 follow              where a refit starts, numbers following a finite effect; a fit by secants, where a loop may hunt
 short_windows       the fit of such an effect that harms wherever it starts

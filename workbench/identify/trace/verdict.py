@@ -7,6 +7,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...plant.effects import Effect
 from . import rule as decide
+from .considered import with_considered
 from .context import TraceContext
 from .findings import CandidateFit, LearnedShape, Trace, partial_effect
 from .locate import FaultLocation
@@ -56,7 +57,7 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
         problem=context.whole,
         base=alone,
         named=named,
-        final=final,
+        final=with_considered(context.whole, final),
         heldout=(before, plain, after),
         verdict=verdict,
         effects=effects,

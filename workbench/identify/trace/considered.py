@@ -1,0 +1,51 @@
+"""Pinned numbers that are not exactly known: what their error may do to the numbers that a fit finds.
+
+A number with an `interval` and without bounds is not fitted, since the records tell it too badly, or another way. Its
+error moves what is fitted all the same, to first order by -(J'J + P)^-1 J'K of slopes J to the fitted numbers and K to
+the pinned ones, the initial states following: a consider covariance (Schmidt, Advances in Control Systems 3, 1966;
+Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. 8).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...plant.effects import numbers_of
+from ...rigs.rig import Rig
+from ..fit.determined import FreeParameter
+from ..fit.normal_equations import accumulate, ranges, slopes_of, stable
+from .problem import EstimationProblem
+from .refit import FittedModel
+
+_NORMAL = 1.96  # standard deviations that half of an interval is
+
+
+def considered(rig: Rig) -> tuple[FreeParameter, ...]:
+    """The pinned numbers that have an interval; 1 is a standard deviation."""
+    return tuple(
+        FreeParameter(n.name, n.value, *n.interval, (n.interval[1] - n.interval[0]) / 2 / _NORMAL, "its interval")
+        for n in numbers_of(rig).values()
+        if n.interval is not None and n.low is None and n.interval[1] > n.interval[0]
+    )
+
+
+def with_considered(problem: EstimationProblem, found: FittedModel) -> FittedModel:
+    """The fit whose covariance counts the errors that pinned numbers may have."""
+    pinned = considered(problem.rig)
+    if not pinned:
+        return found
+    carried = _carried(problem, found, pinned)
+    return replace(found, fit=replace(found.fit, covariance=found.fit.covariance + carried @ carried.T))
+
+
+def _carried(problem: EstimationProblem, found: FittedModel, pinned: Sequence[FreeParameter]) -> np.ndarray:
+    """Change of the fitted distances [k, m] by a standard deviation of each pinned number."""
+    model, fit, windows = found.model, found.fit, problem.train
+    every, x = (*fit.free, *pinned), np.append(fit.x, np.zeros(len(pinned)))
+    slopes = [stable(whole) for whole in slopes_of(model, windows, fit.x0, fit.p, every, x)]
+    errors = [np.zeros_like(group.weight) for group in windows.groups]
+    information = accumulate(model, windows, slopes, errors, fit.x0, fit.x0).reduced()[0].sum(axis=0)
+    k = len(fit.free)
+    held = np.diag(ranges(fit.free)[2] ** -2.0)
+    return -np.linalg.solve(information[:k, :k] + held, information[:k, k:])
