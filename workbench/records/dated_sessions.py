@@ -14,7 +14,20 @@ from .campaign import FILE, Campaign, load_campaign
 from .sessions import DATED
 
 _DATE = re.compile(r"(?<!\d)(\d{4})[-_.]?(\d{2})[-_.]?(\d{2})(?!\d)")
-_REPAIR = re.compile(r"chang|replac|repair|overhaul|servic|exchang|new |refill|rebuil", re.IGNORECASE)
+_REPAIR = re.compile(
+    r"\b(?:changed|change of|swapped|replac|repair|overhaul|serviced|exchang|refill|rebuil)"
+    r"|\bnew (?:\w+[ -])?(?:oil|filter|seals?|valve|servo-?valve|pump|hoses?|accumulator|sensor|transducer|cell"
+    r"|amplifier|card|cable|piston|rod|bearings?|spool|motor|coil|controller|cylinder|jack)\b"
+    r"|\b(?:oil|filter|seal|valve|pump|hose) change\b",
+    re.IGNORECASE,
+)
+_NOTHING = re.compile(
+    r"\b(?:nothing|not|no|never|without|before|until|awaiting|to be)\b[^.;,]*"
+    r"|\bchanged (?:the )?(?:operator|driver|shift|specimen|test|program)\w*"
+    r"|\b(?:operator|driver|shift|specimen|test|program)\w* (?:was |has |were )?changed",
+    re.IGNORECASE,
+)
+"""What is no repair though it has such a word."""
 _OIL = Spec("K", 233.15, 423.15, "temperature of the oil")
 
 
@@ -96,7 +109,7 @@ def _session(name: str, table: ConfigTable, load: Callable[[], Campaign]) -> Dat
         table.quantity(key, _OIL) if key in table else None,
         table.number("hours", 0.0) if "hours" in table else None,
         remark,
-        table.flag("repair", bool(_REPAIR.search(remark))),
+        table.flag("repair", bool(_REPAIR.search(_NOTHING.sub("", remark)))),
         load,
     )
 

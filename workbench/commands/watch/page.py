@@ -49,7 +49,8 @@ def watch_page(
     ]
     loop = [Panel(shown.head(key), [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
             for key in FIGURES if np.isfinite(_values(costs[key])).any()]  # fmt: skip
-    picture = Figure("What changes, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
+    title = "What changes" if told else "What wanders most, as a healthy rig does"
+    picture = Figure(f"{title}, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
     every = [_panel(known, weeks, moves, deviations, k, marks) for k in range(len(known.axes))]
     sections = [
         Section(
@@ -95,7 +96,7 @@ def verdict(metrics: Mapping[str, Any], last: date) -> str:
         f"of {metrics['controller']} the {passing(row)} between {row['from']} and {row['to']}"
         for row in metrics["forecast"]
     ]
-    said = [_sentence(alarm) for alarm in metrics["alarms"]]
+    said = [_sentence(alarm, metrics["sessions"]) for alarm in metrics["alarms"]]
     return ". ".join((*said, *(f"At this rate, with 80 %, {line}" for line in coming))) + "."
 
 
@@ -105,7 +106,7 @@ def passing(row: Mapping[str, Any]) -> str:
     return f"{of.name} passes {row['limit']:g}{'' if of.unit == '1' else f' {of.unit}'}"
 
 
-def _sentence(alarm: Mapping[str, Any]) -> str:
+def _sentence(alarm: Mapping[str, Any], sessions: Sequence[Mapping[str, Any]]) -> str:
     who, rate = _who(alarm), alarm["rate"]
     told = f"told on {alarm['told']}" + (f", and gone since {alarm['until']}" if alarm["until"] else "")
     if rate is None:
@@ -113,7 +114,19 @@ def _sentence(alarm: Mapping[str, Any]) -> str:
     drifts = "drifted by" if alarm["until"] else "drifts by"
     how = drifts if alarm["shape"] == "drift" else "changed at once by"
     size = f"{rate['value']:.3g} {rate['unit']} ({rate['low']:.3g} to {rate['high']:.3g})"
-    return f"{who} {how} {size} since {alarm['since']}; {told}"
+    return f"{who} {how} {size} since {alarm['since']}{_cost(alarm, sessions)}; {told}"
+
+
+def _cost(alarm: Mapping[str, Any], sessions: Sequence[Mapping[str, Any]]) -> str:
+    """What it has done to the loop while it was there."""
+    during = [row for row in sessions if alarm["since_between"][0] <= row["date"] < (alarm["until"] or "9999")]
+    margins = [row["margins"]["gain_margin_db"] for row in during]
+    seen = [margin for margin in margins if margin is not None]
+    if len(seen) < 2:
+        return ""
+    if margins[-1] is None:
+        return f", by which the gain margin of {seen[0]:.1f} dB is gone"
+    return f", by which the gain margin goes from {seen[0]:.1f} to {seen[-1]:.1f} dB"
 
 
 def _who(alarm: Mapping[str, Any]) -> str:
@@ -164,6 +177,8 @@ def _alarms(alarms: Sequence[Mapping[str, Any]]) -> Table | str:
     columns = ["what", "since", "between", "gone since", "how", "size or rate", "low", "high", "unit"]
     columns += ["explains [1]", "told on"]
     note = "Low and high: 95 %."
+    if not all(alarm["effect"] for alarm in alarms):
+        note += " What has no name has no size either: trace a session since then (jackbench trace FOLDER/SESSION)."
     for alarm in alarms:
         if alarm["record"]:
             note += f" {' and '.join(alarm['among'])} explain the sessions alike. To part them: "

@@ -191,7 +191,7 @@ def _alarm(told: NamedChange, sessions: Sequence[DatedSession]) -> dict[str, Any
     return {
         "effect": name.axis,
         "among": list(name.among),
-        "share": name.share,
+        "share": name.share if name.axis else None,
         "since": str(sessions[change.first].day),
         "since_between": [str(sessions[change.earliest - 1].day), str(sessions[change.latest].day)],
         "until": None if change.end is None else str(sessions[change.end].day),

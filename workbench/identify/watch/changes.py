@@ -90,6 +90,7 @@ def limits(known: History, of: Marginal, a_year: float, seed: int = 0) -> np.nda
     """
     most = healthy_gains(known, of, seed)
     own = np.quantile(most, _SCALED, axis=1)
+    own = np.where(own > 0, own, np.inf)  # no change shows along an axis that no session tells of twice alike
     return CAUTION * own * float(np.quantile((most / own[:, None]).max(axis=0), np.exp(-a_year * years(known))))
 
 

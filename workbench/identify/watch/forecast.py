@@ -24,6 +24,8 @@ def unforeseen(told: NamedChange | None) -> str:
     """Why nothing is foreseen of a change, in a sentence; empty where its course is known."""
     if told is None:
         return "No alarm stands, so that nothing is foreseen."
+    if told.name.axis is None:
+        return "What changed has no name, so that neither the loop is known since then nor what comes of it."
     if told.change.shape != "drift":
         return "What changed did so at once and goes no further, so that nothing is foreseen."
     if len(told.numbers) < _FEWEST:

@@ -26,7 +26,7 @@ Shape = Literal["jump", "drift"]
 @dataclass(frozen=True, eq=False)
 class History:
     """Sessions of one rig on common axes: days [T]; A [T, n, n] and c [T, n] of A q = c, q the moves [n]; the stretch
-    between repairs that a session is in [T]; oil temperatures [K, T] where every session has one."""
+    between repairs that a session is in [T]; oil temperatures [K, T] where most sessions have one."""
 
     axes: tuple[Axis, ...]
     numbers: int
@@ -78,10 +78,19 @@ def history(
         own_matrix = each.matrix[np.ix_(place, place)] * np.outer(ratio, ratio)
         matrices[t][np.ix_(here, here)] = own_matrix
         vectors[t, here] = own_matrix @ (each.at[place] / ratio) - each.gradient[place] * ratio
-    known = [value for value in temperatures if value is not None]
-    kelvin = np.array(known) if len(known) == len(temperatures) else None
     stretch = np.cumsum(repairs)
-    return History(axes, sum(axis.number for axis in axes), np.array(days), matrices, vectors, stretch, kelvin)
+    return History(
+        axes, sum(axis.number for axis in axes), np.array(days), matrices, vectors, stretch, _kelvin(temperatures)
+    )
+
+
+def _kelvin(temperatures: Sequence[float | None]) -> np.ndarray | None:
+    """Oil temperatures [K, T], that of the session before where one has none; None where half of them have none."""
+    known = np.array([k for k, value in enumerate(temperatures) if value is not None], dtype=int)
+    if 2 * known.size <= len(temperatures):
+        return None
+    last = np.maximum(np.searchsorted(known, np.arange(len(temperatures)), "right") - 1, 0)
+    return np.array([temperatures[k] for k in known[last]], dtype=float)
 
 
 def _told(session: SessionEvidence) -> dict[str, int]:

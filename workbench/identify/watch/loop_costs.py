@@ -54,10 +54,14 @@ def loop_figures(
     """Margins, the scenario's step, the error of a sine and the worst plant, on the rig of every session [T].
 
     The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; while a change is there, those of
-    the fits with what is named. A rig is judged once: its figures stay in the user's cache.
+    the fits with what is named, and while one without a name is there, there are no figures. A rig is judged once: its
+    figures stay in the user's cache.
     """
-    rows = []
+    rows: list[dict[str, float | None]] = []
     for t, move in enumerate(moves):
+        if any(each.is_unknown(t) for each in told):
+            rows.append({})
+            continue
         values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
         own = values | numbers_then(told, float(known.days[t]), known.days)
         half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}

@@ -25,7 +25,7 @@ class NamedChange:
 
     By session [index]: the `course` of what is named, value and standard deviation, all `numbers` of the rig then, and
     its `days`. `moving`: the numbers of what is named.
-    `rate`: the size, of a drift a year, with its 95 % interval.
+    `rate`: the size, of a drift a year, with its 95 % interval. Of a change without a name none of these is known.
     """
 
     change: Change
@@ -38,6 +38,11 @@ class NamedChange:
     rate_unit: str
     moving: tuple[str, ...]
     days: Mapping[int, float]
+
+    def is_unknown(self, session: int) -> bool:
+        """Whether the rig is not known in a session, since what has changed has no name."""
+        over = self.change.end is not None and session >= self.change.end
+        return self.name.axis is None and session >= self.change.earliest and not over
 
     def unsteady(self, ahead: float) -> float:
         """The relative standard deviation of the rate over so many days `ahead`: as unlike as the rates between fitted
@@ -107,17 +112,19 @@ def named(
         if new:
             axes = nearest(usual, {axis: new[axis][-1] for axis in axes if axis in new})
     name = name_of(usual, {axis: new[axis] for axis in axes if axis in new})
-    if not name.among:
+    if name.axis is None:
         return NamedChange(change, first_alarm, name, "", {}, {}, None, "", (), {})
-    best = name.among[0]
+    best = name.axis
     values: dict[int, Explained] = {}
     begin = max(change.earliest - 1, 0)
     for t in fitted_sessions(begin, over):
         if found := _explained(reader, sessions, t, [best]):
             values[t] = found[best]
-    change = _as_it_went(known.days, change, values)
+    change = _as_it_went(known.days, change, first_alarm, values)
     unit = next(axis.unit for axis in known.axes if axis.name == best)
     rate = _rate(known.days, change, values)
+    if rate and rate[1] <= 0 <= rate[2]:  # what may be nothing has no name
+        return NamedChange(change, first_alarm, replace(name, axis=None), "", {}, {}, None, "", (), {})
     return NamedChange(
         change,
         first_alarm,
@@ -156,19 +163,23 @@ def _explained(
         return {}
 
 
-def _as_it_went(days: np.ndarray, change: Change, values: Mapping[int, Explained]) -> Change:
+def _as_it_went(days: np.ndarray, change: Change, told: int, values: Mapping[int, Explained]) -> Change:
     """The change with the beginning and the shape that the course of what is named shows: its fits are far sharper than
-    what all axes together say to first order."""
+    what all axes together say to first order. It has begun with the session that it was `told` after."""
     if len(values) < _FEWEST:
         return change
     at = sorted(values)
     y = np.array([values[t].value for t in at])
-    firsts = range(max(at[0], 1), at[-1] + 1)
+    firsts = range(max(at[0], 1), max(min(at[-1], told), at[0], 1) + 1)
     cases: list[Case] = [(first, shape, None) for first in firsts for shape in get_args(Shape)]
     left = [_left_of_line(course(days, *case)[at], y) for case in cases]
     first, shape, _ = cases[int(np.argmin(left))]
     return replace(
-        change, first=first, shape=shape, earliest=min(first, change.earliest), latest=max(first, change.latest)
+        change,
+        first=first,
+        shape=shape,
+        earliest=min(first, change.earliest),
+        latest=max(first, min(change.latest, told)),
     )
 
 
