@@ -10,7 +10,10 @@ from test_watch import wandering, watched
 from workbench.commands.watch.page import verdict
 from workbench.identify.watch.changes import Change, all_told, first_told
 from workbench.identify.watch.forecast import forecasts, unforeseen
+from workbench.identify.watch.history import history
 from workbench.identify.watch.naming import Explained, Name
+from workbench.identify.watch.session_evidence import HELD, OF_SCALE, Axis, SessionEvidence
+from workbench.identify.watch.smoothed import smoothed
 from workbench.identify.watch.told import NamedChange, _as_it_went, numbers_then
 from workbench.records.dated_sessions import dated_sessions
 
@@ -100,3 +103,32 @@ def test_one_session_without_the_oil_s_temperature_leaves_the_others_theirs():
     assert first_told(known, 0.5)[0] is None
     half = [value if k % 2 else None for k, value in enumerate(kelvin)]
     assert watched(moves, 6, temperatures=half).kelvin is None
+
+
+def test_axes_that_change_nothing_together_are_parted_by_what_is_near_one():
+    """A number and a transducer's scale that nearly cancel. What a first order leaves of every session alike would move
+    both by as much as it likes: the calibration says that it did not."""
+    axes = (
+        Axis("V0", "m^3", scale=0.1, value=1.0, number=True),
+        Axis("b", "N s/m", scale=0.45, value=1.0, healthy=1 / HELD, number=True),
+        Axis("position.scale", "1", healthy=OF_SCALE),
+    )
+    freedom = np.array([1.0, 0.0, 0.1])  # 10 % more of V0, and a scale that is 10 % more
+    random, sharp, left = np.random.default_rng(5), 400.0, 1.0
+    off = []
+    for _ in range(60):
+        mix = np.array([[1.0, 0.3, 0.0], [0.2, 1.0, 0.5], [0.4, 0.1, 1.0]]) + 0.1 * random.standard_normal((3, 3))
+        mix -= np.outer(mix @ freedom, freedom) / (freedom @ freedom)
+        row = np.linalg.svd(mix)[0][:, -1]  # which the errors hardly tell
+        mix += 5e-4 * np.outer(row, freedom)
+        mean = np.array([0.0, 0.2, 0.002]) * random.standard_normal(3)
+        sessions, moves = [], mean + np.array([0.02, 0.3, 0.002]) * random.standard_normal((24, 3))
+        for move in moves:
+            matrix = sharp**2 * mix.T @ mix
+            vector = matrix @ move + sharp * mix.T @ (random.standard_normal(3) + left * row)
+            sessions.append(SessionEvidence(axes, np.zeros(3), matrix, -vector, 1000, 1.0, {}))
+        found, deviations = smoothed(history(sessions, list(7.0 * np.arange(24)), [False] * 24, [300.0] * 24))
+        off.append((found[-1, 0] - moves[-1, 0]) / np.array([1.0, deviations[-1, 0]]))
+    share, deviations_off = np.abs(off).T
+    assert np.quantile(0.1 * share, 0.95) < 0.05  # of V0
+    assert np.mean(deviations_off <= 1.96) >= 0.9

@@ -13,7 +13,7 @@ import numpy as np
 from .session_evidence import Axis, SessionEvidence
 
 FEWEST = 8  # sessions that say how a healthy rig wanders; no alarm before
-BROAD = 10.0  # a mean may be so far from the first session, in moves
+_BROAD = 10.0  # a change may be so large, in moves
 LEAST_INFORMATION = 1.0  # of an axis in any session; below it a recording says nothing of it
 NOISE_SHARE = 0.3  # of a session's own uncertainty: no axis is thought to be steadier
 EARLY = 2 * FEWEST  # sessions that say how the rig wanders
@@ -52,6 +52,11 @@ class History:
         if self.kelvin is not None and np.ptp(self.kelvin) > 0:
             columns.append((self.kelvin - self.kelvin[0]) / 10.0)  # later sessions change nothing of it
         return np.column_stack(columns)
+
+    @property
+    def reach(self) -> np.ndarray:
+        """How far each axis' mean may be from the first session [n], in moves."""
+        return np.array([axis.reach for axis in self.axes])
 
 
 def history(
@@ -104,7 +109,7 @@ def estimates(of: History) -> tuple[np.ndarray, np.ndarray]:
     n, k = len(of.axes), of.numbers
     moves, deviations = np.empty((2, len(of.days), n))
     for t, (matrix, vector) in enumerate(zip(of.matrix, of.vector, strict=True)):
-        own = np.linalg.inv(matrix[:k, :k] + np.eye(k) / BROAD**2)
+        own = np.linalg.inv(matrix[:k, :k] + np.diag(of.reach[:k] ** -2.0))
         moves[t, :k], deviations[t, :k] = own @ vector[:k], np.sqrt(np.diag(own))
         beside = matrix[k:, :k] @ own
         left = np.maximum(np.diag(matrix)[k:] - np.einsum("ij,ij->i", beside, matrix[k:, :k]), 1e-12)
@@ -132,27 +137,30 @@ def wander(of: History) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Marginal:
-    """Information of sessions without the wander: M [T, n, n], v [T, n]; designs X [T, n, p] of the mean."""
+    """Information of sessions without the wander: M [T, n, n], v [T, n]; designs X [T, n, p] of the mean, and how far
+    each of its columns may go [p], in moves."""
 
     matrix: np.ndarray
     vector: np.ndarray
     design: np.ndarray
+    reach: np.ndarray
 
     def with_column(self, axis: int, course: np.ndarray) -> "Marginal":
         """With a change that is known of, of some size."""
         column = np.zeros((*self.vector.shape, 1))
         column[:, axis, 0] = course
-        return Marginal(self.matrix, self.vector, np.concatenate((self.design, column), axis=2))
+        design = np.concatenate((self.design, column), axis=2)
+        return Marginal(self.matrix, self.vector, design, np.append(self.reach, _BROAD))
 
     def until(self, count: int) -> "Marginal":
         """The first sessions alone."""
-        return Marginal(self.matrix[:count], self.vector[:count], self.design[:count])
+        return Marginal(self.matrix[:count], self.vector[:count], self.design[:count], self.reach)
 
     def solved(self) -> tuple[np.ndarray, np.ndarray]:
         """The inverse of the normal matrix of the means [p, p], and X'M X's way from M's column to them [T, p, n]."""
         weighted = np.swapaxes(self.design, 1, 2) @ self.matrix
         normal = np.tensordot(weighted, self.design, ((0, 2), (0, 1)))
-        return np.linalg.inv(normal + np.eye(len(normal)) / BROAD**2), weighted
+        return np.linalg.inv(normal + np.diag(self.reach**-2.0)), weighted
 
 
 def marginal(of: History, variance: np.ndarray) -> Marginal:
@@ -167,8 +175,9 @@ def marginal(of: History, variance: np.ndarray) -> Marginal:
     matrix = (vectors * (values / (1 + values))[:, None, :]) @ back / np.outer(root, root)
     kept = (vectors / (1 + values)[:, None, :]) @ back
     vector = np.einsum("tij,tj->ti", kept, of.vector * root) / root
-    design = np.einsum("tr,nm->tnrm", of.features, np.eye(len(variance)))
-    return Marginal(matrix, vector, design.reshape(*vector.shape, -1))
+    features = of.features
+    design = np.einsum("tr,nm->tnrm", features, np.eye(len(variance)))
+    return Marginal(matrix, vector, design.reshape(*vector.shape, -1), np.tile(of.reach, features.shape[1]))
 
 
 def course(days: np.ndarray, first: int, shape: Shape, end: int | None = None) -> np.ndarray:

@@ -3,7 +3,7 @@ nothing of it."""
 
 import numpy as np
 
-from .history import BROAD, EARLY, History, marginal, wander
+from .history import EARLY, History, marginal, wander
 from .smoothed import smoothed
 
 
@@ -22,8 +22,7 @@ def known_then(of: History) -> tuple[np.ndarray, np.ndarray]:
         return moves, deviations
     variance = wander(of)
     rest = marginal(of, variance)
-    p = rest.design.shape[2]
-    normal, vector = np.eye(p) / BROAD**2, np.zeros(p)
+    normal, vector = np.diag(rest.reach**-2.0), np.zeros(rest.reach.size)
     for t in range(count):
         design = rest.design[t]
         normal = normal + design.T @ rest.matrix[t] @ design

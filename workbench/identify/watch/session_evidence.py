@@ -34,6 +34,7 @@ _SMALL = 0.1  # of its range: no number is held to less than that much of it
 LITTLE = 0.005  # of any other number, or of an effect's typical strength
 OF_SCALE, OF_ZERO = 0.002, 0.01  # a transducer's, of its reading, and of a twentieth of how far it moves
 HELD = 3.0  # such deviations, to which the rig's numbers are held
+_CALIBRATED = 10.0  # such deviations, within which a transducer's scale and zero are: 2 %, 0.5 % of how far it moves
 ROUNDS = 3  # of Gauss-Newton: a session's numbers are near those of the first one
 COMMAND = "command"  # the drive's input, whose gain and zero may change as a sensor's do
 _INPUT_STEP = 0.005  # of the command, at which its slope is taken
@@ -57,6 +58,12 @@ class Axis:
     healthy: float = LITTLE
     one_way: bool = False
     number: bool = False
+
+    @property
+    def reach(self) -> float:
+        """How far the mean of a rig's sessions may be from the first one, in moves, one standard deviation: where some
+        axes together change nothing that is recorded, this is what parts them."""
+        return _CALIBRATED * self.healthy if self.name.endswith((".scale", ".zero")) else 1.0
 
     def at(self, move: float) -> float:
         """The number in SI after a move."""

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .changes import Change
-from .history import BROAD, History, course, marginal, wander
+from .history import History, course, marginal, wander
 
 
 def smoothed(of: History, found: Sequence[Change] = ()) -> tuple[np.ndarray, np.ndarray]:
     """Moves [T, n] of every session and their standard deviations: the mean with its changes, and the wander about it
     as far as the session's own recording tells it."""
-    variance = wander(of) if len(of.days) > 2 else np.full(len(of.axes), BROAD**2)
+    variance = wander(of) if len(of.days) > 2 else of.reach**2
     rest = marginal(of, variance)
     for each in found:
         rest = rest.with_column(each.axis, course(of.days, each.first, each.shape, each.end))
