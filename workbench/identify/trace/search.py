@@ -85,7 +85,9 @@ class _Search:
         model_fit = base
         with self._in_time():
             while len(effects) < _PASSES and context.is_misfit(model_fit):
-                this_pass = self._pass(model_fit, model_fit, equations=() if effects else self._likely)
+                this_pass = self._pass(
+                    model_fit, model_fit, equations=() if effects or context.several else self._likely
+                )
                 if (better := self._without_last_effect(model_fit, this_pass)) is not model_fit:
                     if not effects:
                         return (), better
