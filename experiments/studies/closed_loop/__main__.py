@@ -13,14 +13,17 @@ def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
     bounded(parser, "--number", 1, "rigs to draw (default: 40)", default=40)
     bounded(parser, "--seed", 0, "seed of the rigs and of their noise (default: 1)", default=1)
+    parser.add_argument("--names", action="store_true", help="what a trace names where the loops lack an effect")
     computes(parser, _closed_loop, rig=False)
 
 
 def _closed_loop(options: argparse.Namespace, words: list[str]) -> None:
+    from .names import run_names
     from .study import run_closed_loop
 
-    identity = {"command": "closed-loop-study", "number": options.number, "seed": options.seed}
-    finish(options, words, "closed-loop-study", identity, partial(run_closed_loop, options.number, options.seed))
+    name, study = ("closed-loop-names", run_names) if options.names else ("closed-loop-study", run_closed_loop)
+    identity = {"command": name, "number": options.number, "seed": options.seed}
+    finish(options, words, name, identity, partial(study, options.number, options.seed))
 
 
 def main(words: Sequence[str] | None = None) -> int:

@@ -5,7 +5,7 @@ the one that is fitted.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,6 +21,7 @@ from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.linear import equilibrium
 from workbench.plant import build
+from workbench.plant.effects import Effect
 from workbench.records import Campaign, Record
 from workbench.records.excitation import multisine
 from workbench.report import Curve, Figure, Page, Panel, Section, Table
@@ -49,7 +50,7 @@ def run_closed_loop(number: int, seed: int, stage: Stage, progress: Progress) ->
     return Outcome({"rows": rows, "missing": missing}, lambda: _page(rows, missing))
 
 
-def drawn(number: int, seed: int) -> tuple[Rig, Rig]:
+def drawn_loop(number: int, seed: int) -> tuple[Rig, Rig]:
     """The rig that the label says, and the true one."""
     random = np.random.default_rng((seed, number))
     label = {
@@ -75,16 +76,16 @@ def drawn(number: int, seed: int) -> tuple[Rig, Rig]:
 
 
 def _fitted(number: int, seed: int) -> list[dict[str, Any]]:
-    rig, true = drawn(number, seed)
+    rig, true = drawn_loop(number, seed)
     records = [
-        _played(true, np.random.default_rng((seed, number, k)), name) for k, name in enumerate(("train", "heldout"))
+        played(true, np.random.default_rng((seed, number, k)), name) for k, name in enumerate(("train", "heldout"))
     ]
     campaign = Campaign(Path(), rig.name, (), (records[0],), (records[1],))
     metrics = fit_campaign(driven(campaign, rig), rig, 1, no_checkpoint, lambda _: None).outcome.metrics
     rows = []
     for name in _NAMES:
         value, low, high = metrics["parameters"][f"{name} [{rig.numbers[name].si}]"]
-        truth = true[name] + (_lag(true) - _lag(rig) if name == "loop_delay" else 0.0)
+        truth = true[name]
         rows.append({
             "loop": number, "number": name, "truth": truth, "value": value, "low": low, "high": high,
             "held": bool(low <= truth <= high), "chi2": metrics["chi2"]["heldout"],
@@ -93,9 +94,9 @@ def _fitted(number: int, seed: int) -> list[dict[str, Any]]:
 
 
 def _missing(number: int, seed: int) -> list[dict[str, Any]]:
-    rig, true = drawn(number, seed)
+    rig, true = drawn_loop(number, seed)
     random = np.random.default_rng((seed, number))
-    records = [_played(true, random, name, _PRESSURES) for name in ("train", "heldout")]
+    records = [played(true, random, name, _PRESSURES) for name in ("train", "heldout")]
     problem = estimation_problem(driven(Campaign(Path(), rig.name, (), (records[0],), (records[1],)), rig), rig)
     found = fit_rig(problem)
     one, both = longer_without(problem, found, [_PRESSURES[:1], _PRESSURES])
@@ -105,13 +106,15 @@ def _missing(number: int, seed: int) -> list[dict[str, Any]]:
     ]
 
 
-def _lag(rig: Rig) -> float:
-    """The delay [s] that a valve is at low frequencies, which counts as the loop's where its frequency is pinned."""
-    return 2 * rig["zeta"] / (2 * math.pi * rig["f0"])
-
-
-def _played(rig: Rig, random: np.random.Generator, name: str, beside: Sequence[str] = ()) -> Record:
-    """A multisine and steps of the reference, as the loop follows them, with pressures `beside`."""
+def played(
+    rig: Rig,
+    random: np.random.Generator,
+    name: str,
+    beside: Sequence[str] = (),
+    lacking: Sequence[tuple[Effect, Mapping[str, float]]] = (),
+) -> Record:
+    """A multisine and steps of the reference, as the loop follows them, with pressures `beside`; the rig has effects
+    that nobody declared, `lacking`, with numbers."""
     assert rig.inner is not None
     period = rig.period.value
     size, t = 0.02 * rig.inner.full_command, np.arange(0, _SECONDS, period)
@@ -119,10 +122,12 @@ def _played(rig: Rig, random: np.random.Generator, name: str, beside: Sequence[s
     wave *= np.tanh(10 * t)  # from rest
     steps = np.repeat(random.uniform(-1, 1, math.ceil(t.size * period / 0.5)), round(0.5 / period))[: t.size]
     reference = size * (wave / np.abs(wave).max() + 0.5 * steps)
-    plant = build(rig)
+    plant = build(rig, also=[effect for effect, _ in lacking])
+    given = {effect.key(key): value for effect, numbers in lacking for key, value in numbers.items()}
+    p = plant.parameter_values(None, **given)
     asked = Record(name, t, {"command": reference / rig.inner.full_command})
     names = ("position", *beside)
-    came = Model(plant, names).run_through(asked, equilibrium(plant).x, plant.p)
+    came = Model(plant, names).run_through(asked, equilibrium(plant, p=p).x, p)
     sizes = [_NOISE * size / 0.02, *(_PRESSURE_NOISE * rig["Ps"] for _ in beside)]
     noisy = came + np.array(sizes) * random.standard_normal(came.shape)
     return Record(name, t, {"reference": reference, **dict(zip(names, noisy.T, strict=True))})
