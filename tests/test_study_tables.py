@@ -22,6 +22,9 @@ SECTION = "\n".join(
     (RESULTS / f"{name}.md").read_text() for name in ("trace_study", "trace_study_misses", "neighbours")
 )
 PUMP_PAGE = (RESULTS / "pump_study.md").read_text()
+DATASHEET_ROWS = kept("trace/datasheet_campaigns").rows
+DATASHEET_PAGE = (RESULTS / "datasheet_study.md").read_text()
+STUDIES = {"three-stage": (ROWS, SECTION), "second-order": (DATASHEET_ROWS, DATASHEET_PAGE)}
 GROUPS = {
     "one effect, well excited": "single",
     "one effect, poor excitation": "poor excitation",
@@ -88,26 +91,59 @@ def test_the_page_of_closed_loops_says_how_often_intervals_hold():
         assert re.search(rf"\| `{number}`, .* \| {one:.2g} \| {shown} \|", page)
 
 
+def test_wrong_names_and_seconds_on_rigs_by_datasheet_are_those_of_the_campaigns():
+    named = [row for row in DATASHEET_ROWS if row.get("named")]
+    wrong = sum(row["result"] == "wrong" for row in named)
+    seconds = [row["trace_s"] for row in DATASHEET_ROWS]
+    refused = sum(row["group"] == "error" for row in DATASHEET_ROWS)
+    words = " ".join(DATASHEET_PAGE.split())
+    assert f"{wrong} of {len(named)} answers have a wrong name" in words
+    assert f"took {np.median(seconds):.0f} CPU s at the median and {np.quantile(seconds, 0.95):.0f} at 95 %" in words
+    assert f"| refused: {refused} |" in words
+
+
+@pytest.mark.parametrize(
+    ("lacks", "label"),
+    [
+        ("jack.friction", "friction of the jack"),
+        ("jack.external_leakage", "external leak"),
+        ("load.backlash", "play of the load"),
+        ("nothing", "nothing"),
+    ],
+)
+def test_names_on_hidden_loops_are_counted_as_they_were_traced(lacks, label):
+    rows = [row for row in kept("closed_loop/names").rows if row["lacks"] == lacks]
+    cells = next(cells for cells in table_rows((RESULTS / "press.md").read_text()) if cells[0] == label)
+    named = sum(row["result"] in ("right", "tied") for row in rows)
+    counts = [len(rows), sum(row["shown"] for row in rows), named, sum(row["result"] == "wrong" for row in rows)]
+    assert [int(cell or 0) for cell in cells[1:]] == counts
+    assert all(row["shown"] for row in rows if row["result"] in ("right", "tied"))
+
+
+@pytest.mark.parametrize("study", STUDIES)
 @pytest.mark.parametrize("label", GROUPS)
-def test_every_campaign_is_counted_as_it_was_traced(label):
-    rows = [row for row in ROWS if row["group"] == GROUPS[label]]
-    stated = next(cells for cells in table_rows() if cells[0].startswith(f"{label}:"))
+def test_every_campaign_is_counted_as_it_was_traced(study, label):
+    whole, page = STUDIES[study]
+    rows = [row for row in whole if row["group"] == GROUPS[label]]
+    stated = next((cells for cells in table_rows(page) if cells[0].startswith(f"{label}:")), [f"{label}: 0", *4 * " "])
     assert stated[0] == f"{label}: {len(rows)}"
     counts = [sum(row["result"] in results for row in rows) for results in COLUMNS]
     assert sum(counts) == len(rows)
-    assert [int(cell or 0) for cell in stated[1:]] == counts
+    assert [int(cell.strip() or 0) for cell in stated[1:]] == counts
 
 
+@pytest.mark.parametrize("study", STUDIES)
 @pytest.mark.parametrize("label", RATES)
-def test_every_rate_is_that_of_the_campaigns(label):
-    score = next(score for score in scores(ROWS) if score.id == RATES[label])
-    stated = next(cells for cells in table_rows() if cells[0] == label)
+def test_every_rate_is_that_of_the_campaigns(study, label):
+    whole, page = STUDIES[study]
+    score = next(score for score in scores(whole) if score.id == RATES[label])
+    stated = next(cells for cells in table_rows(page) if cells[0] == label)
     value, low, high = map(float, re.fullmatch(r"([\d.]+) \(([\d.]+) to ([\d.]+)\)", stated[1]).groups())
     assert (value, low, high) == tuple(round(number, 2) for number in (score.value, score.low, score.high))
 
 
 def test_every_campaign_is_in_a_group():
-    assert {row["group"] for row in ROWS} <= {*GROUPS.values(), "error"}
+    assert {row["group"] for row in (*ROWS, *DATASHEET_ROWS)} <= {*GROUPS.values(), "error"}
     assert {row["group"] for row in PUMP_ROWS} <= set(np.hstack(list(PUMP_GROUPS.values())))
 
 
