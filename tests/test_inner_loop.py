@@ -15,6 +15,7 @@ from scipy.signal import lfilter
 from workbench.base.errors import InputError
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
+from workbench.commands.fit.remains import _with_load, remains_sentence
 from workbench.commands.frequency.config import load
 from workbench.commands.frequency.two_columns import run_pairs
 from workbench.commands.new.closed_loop import closed_loop_files
@@ -191,6 +192,36 @@ def test_gain_and_delay_of_a_loop_are_found_from_reference_and_position(rig, tmp
     assert ladder["bears"] == "this plant"  # whose lands bend, and which a servo is not
     assert min(first, second) > 1.5 * plant
     assert plant == shares["left"]
+
+
+def test_what_remains_in_one_run_is_told_by_drift_frequency_and_load(rig, tmp_path, monkeypatch):
+    """The held-out part has an offset of 0.05 mm and a tone of 7 Hz, 0.04 mm RMS, that nothing explains."""
+    offset, tone = 5e-5, 4e-5
+
+    def off(signals):
+        t = np.linspace(0, 10.0, signals["position"].size, endpoint=False)
+        signals["position"] += (t >= 6.0) * (offset + np.sqrt(2) * tone * np.sin(2 * np.pi * 7.0 * t))
+
+    folder = campaign(tmp_path / "c", rig, played(lambda: rig), off)
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", str(folder), "--out", "f", "--starts", "1"]) == 0
+    found = json.loads(Path("f/metrics.json").read_text())["remains"]
+    assert found["drift"] == pytest.approx(1e3 * offset, rel=0.2)
+    assert found["left"] == pytest.approx(1e3 * np.hypot(offset, tone), rel=0.1)
+    assert found["below_hz"] == pytest.approx(7.0, abs=0.6)
+    assert found["with_load"] is None
+    assert "of which 0.048" in remains_sentence(found)
+    assert "goes with the measured load" in remains_sentence({**found, "with_load": 0.3})
+
+
+def test_a_share_goes_with_the_load_or_its_rate():
+    random = np.random.default_rng(2)
+    load = np.cumsum(random.standard_normal(4000))
+    load -= load.mean()
+    rest = 0.3 * load + random.standard_normal(4000)
+    assert _with_load(rest, load) == pytest.approx(float(0.09 * load @ load), rel=0.05)
+    assert _with_load(rest, None) == 0
+    assert _with_load(random.standard_normal(4000), load) < 40
 
 
 def _swapped(s: dict[str, np.ndarray]) -> None:

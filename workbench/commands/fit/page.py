@@ -19,6 +19,7 @@ from ..common.session_tables import session_fits_sentence, session_fits_table
 from ..common.sessions import sessions_section, sessions_sentence
 from ..residual.study import noise_table
 from .ladder import ladder_section, ladder_sentence
+from .remains import remains_sentence
 from .shares import shares_sentence
 from .tells import tells_sentence, tells_table
 
@@ -151,6 +152,7 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     if pushed or missing:
         said += pinned_sentence(problem.rig)
     said += shares_sentence(metrics["shares"]) if "shares" in metrics else ""
+    said += remains_sentence(metrics["remains"]) if "remains" in metrics else ""
     said += (
         tells_sentence(metrics["tells"], problem.rig.inner.controls) if "tells" in metrics and problem.rig.inner else ""
     )

@@ -27,6 +27,7 @@ from ..common.outcome import Answer, Outcome, Progress, Stage
 from ..common.sessions import sessions, sessions_json
 from .ladder import ladder
 from .page import fit_page
+from .remains import remains
 from .shares import shares
 from .tells import signals_tell
 
@@ -81,6 +82,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     of = shares(problem, model_fit, heldout.x0)
     if of:
         progress("how much structure the records bear")
+    as_fitted = fitted_rig(problem, model_fit)
     metrics: dict[str, Any] = {
         "parameters": base_intervals(rig, model_fit.fit),
         "chi2": {"train": model_fit.fit.chi2, "heldout": finite(heldout.chi2)},
@@ -91,12 +93,12 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         "sessions": sessions_json(differences),
         **tells,
         **of,
+        **remains(problem, as_fitted),
         **ladder(problem, of),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }
     tables = record_tables({"rig file": declared, "fitted": after})
-    as_fitted = fitted_rig(problem, model_fit)
 
     def draw() -> tuple[Page, Figure]:
         return fit_page(problem, numbers, in_sessions, differences, metrics)
