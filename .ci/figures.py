@@ -48,6 +48,7 @@ NOT_HELD = {
     "JackBench-v0": "a thousand episodes each, by examples/rl_baselines.py",
     "How do I use Stable-Baselines3?": "two minutes of training, by examples/rl/ppo_on_p_dp.py",
     "How often is a trace right?": "more than an hour",
+    "How often is a trace of a rig by datasheet right?": "two hours; held by tests/test_study_tables.py",
     "How often is the leg right?": "two hours; held by tests/test_study_tables.py to the platforms that were traced",
     "How often is the joint right?": "fifteen minutes; held by tests/test_study_tables.py to what was traced",
     "How often does a sheet hold the truth?": "half an hour; held by tests/test_sheet_study.py to what was drawn",
