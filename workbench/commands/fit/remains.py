@@ -61,8 +61,8 @@ def remains_sentence(of: dict[str, Any]) -> str:
     load = "" if of["with_load"] is None else f", and {100 * of['with_load']:.0f} % of it goes with the measured load"
     fast = "" if of["below_hz"] is None else f"; half of the rest lies below {of['below_hz']:.2g} Hz{load}"
     return (
-        f" In one run through them {of['left']:.3g} {of['unit']} is left, of which {of['drift']:.3g} drifts slower "
-        f"than {_SLOW:g} Hz{fast}."
+        f" In one run through the held-out records {of['left']:.3g} {of['unit']} is left, of which "
+        f"{of['drift']:.3g} drifts slower than {_SLOW:g} Hz{fast}."
     )
 
 
