@@ -15,7 +15,7 @@ from .rig import Rig
 from .rig_file import load_rig
 from .schema import SHARED
 
-_ABOUT = 0.05  # s to either side, between which another function's velocity is a difference
+_ABOUT = 0.02  # s to either side, or 1.5 periods, between which another function's velocity is a difference
 
 
 def load_driven(folder: str | Path, rig: str | Path = "") -> tuple[Campaign, Rig]:
@@ -74,7 +74,8 @@ def _with_other(record: Record, rig: Rig) -> Record:
 
 def _slopes(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Slopes [n] of samples x [n] from _ABOUT before each time to as much behind it, whose clock need not be even."""
-    first, end = np.maximum(t - _ABOUT, t[0]), np.minimum(t + _ABOUT, t[-1])
+    about = max(_ABOUT, 1.5 * float(np.median(np.diff(t))))
+    first, end = np.maximum(t - about, t[0]), np.minimum(t + about, t[-1])
     return (np.interp(end, t, x) - np.interp(first, t, x)) / (end - first)
 
 

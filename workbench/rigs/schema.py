@@ -22,7 +22,7 @@ SHARED = {
 }
 """Of a supply that two functions draw from, whose other one's position is recorded."""
 FURTHER = {"supply": SHARED, "oil": GAS}
-"""Numbers that a table may have, or not: all of one kind, or none."""
+"""Numbers that a table may have or not."""
 FURTHER_SPECS = {name: spec for specs in FURTHER.values() for name, spec in specs.items()}
 
 LOAD = {
