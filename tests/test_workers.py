@@ -1,17 +1,25 @@
 """Workers give what one process gives, in order; what they raise comes through, and they make their tools once."""
 
 import os
+import threading
+import time
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 
 import pytest
 
 from workbench.base.errors import InputError
-from workbench.base.process_pool import process_pool
+from workbench.base.process_pool import process_pool, worker_processes
 from workbench.commands.common.outcome import no_checkpoint
 
 
 def squares():
     made = os.getpid()
     return lambda number: {"square": number**2, "made": made, "pid": os.getpid()}
+
+
+def sleeps():
+    return time.sleep
 
 
 def refuses():
@@ -41,3 +49,21 @@ def test_what_is_stored_is_not_done_again():
 def test_bad_input_comes_through(jobs):
     with pytest.raises(InputError, match="no equilibrium; ask for less"), process_pool(jobs, refuses) as work:
         work(ITEMS, no_checkpoint, lambda _: None)
+
+
+def test_what_is_interrupted_leaves_no_thread_behind():
+    """One that still closes the pool's pipes while Python ends would write a traceback on the screen."""
+    before, under_way = set(threading.enumerate()), threading.Event()
+
+    def wait(work):
+        under_way.set()
+        with suppress(BrokenProcessPool):
+            work(60)
+
+    with suppress(KeyboardInterrupt), worker_processes(1, sleeps) as work:
+        asked = threading.Thread(target=wait, args=(work,), daemon=True)
+        asked.start()
+        under_way.wait()
+        time.sleep(0.5)
+        raise KeyboardInterrupt
+    assert {thread.name for thread in set(threading.enumerate()) - before - {asked}} == set()

@@ -96,11 +96,10 @@ def worker_processes(jobs: int, make: Callable[[], Callable[[A], B]]) -> Iterato
                 'several below `if __name__ == "__main__":`'
             ) from None
         except KeyboardInterrupt:  # which a signal to this process alone does not bring to them
-            pool.shutdown(wait=False, cancel_futures=True)  # first, so that none begins any more
             for worker in multiprocessing.active_children():
                 worker.terminate()
             raise
-        finally:
+        finally:  # once, and to the end: a second shutdown waits for nothing
             pool.shutdown(wait=True, cancel_futures=True)
 
 
