@@ -8,6 +8,7 @@ import pytest
 from made_campaigns import campaign
 
 from workbench.base.process_pool import one_blas_thread
+from workbench.identify.found.channels import longer_without
 from workbench.identify.trace.considered import considered, with_considered
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
 from workbench.identify.trace.refit import FittedModel, fit_rig
@@ -31,9 +32,17 @@ def pinned(factor: float = 1.0, known: bool = True) -> Rig:
 
 
 @cache
-def fitted(factor: float) -> tuple[EstimationProblem, FittedModel]:
+def fitted(factor: float, without: tuple[str, ...] = ()) -> tuple[EstimationProblem, FittedModel]:
+    recorded = campaign(load_rig("festo-tp511"))
+    fewer = {
+        role: tuple(
+            replace(record, signals={n: values for n, values in record.signals.items() if n not in without})
+            for record in getattr(recorded, role)
+        )
+        for role in ("static", "train", "heldout")
+    }
     with one_blas_thread():
-        problem = estimation_problem(campaign(load_rig("festo-tp511")), pinned(factor))
+        problem = estimation_problem(replace(recorded, **fewer), pinned(factor))
         return problem, fit_rig(problem)
 
 
@@ -66,3 +75,14 @@ def test_a_number_without_an_interval_is_taken_as_it_is():
     problem, found = fitted(1.0)
     exact = replace(problem, rig=pinned(known=False))
     assert with_considered(exact, found) is found
+
+
+def test_what_a_missing_signal_costs_is_of_the_interval_that_counts_the_pinned_number():
+    (problem, found), pressures = fitted(1.0), ("pa", "pb")
+    fits = [with_considered(*fitted(1.0, without)).fit for without in (pressures, ())]
+    place = int(np.argmax((fits[1].covariance - found.fit.covariance).diagonal()))  # that which it moves most
+    came = np.sqrt(fits[0].covariance[place, place] / fits[1].covariance[place, place])
+    (longer,) = longer_without(problem, found, [pressures])
+    (as_if_exact,) = longer_without(replace(problem, rig=pinned(known=False)), found, [pressures])
+    assert longer[place] == pytest.approx(came, rel=0.3)
+    assert as_if_exact[place] > 1.5 * came

@@ -32,20 +32,28 @@ def considered(rig: Rig) -> tuple[FreeParameter, ...]:
 
 def with_considered(problem: EstimationProblem, found: FittedModel) -> FittedModel:
     """The fit whose covariance counts the errors that pinned numbers may have."""
-    pinned = considered(problem.rig)
-    if not pinned:
+    if not considered(problem.rig):
         return found
-    carried = _carried(problem, found, pinned)
+    _, carried = Told(problem, found)()
     return replace(found, fit=replace(found.fit, covariance=found.fit.covariance + carried @ carried.T))
 
 
-def _carried(problem: EstimationProblem, found: FittedModel, pinned: Sequence[FreeParameter]) -> np.ndarray:
-    """Change of the fitted distances [k, m] by a standard deviation of each pinned number."""
-    model, fit, windows = found.model, found.fit, problem.train
-    every, x = (*fit.free, *pinned), np.append(fit.x, np.zeros(len(pinned)))
-    slopes = [stable(whole) for whole in slopes_of(model, windows, fit.x0, fit.p, every, x)]
-    errors = [np.zeros_like(group.weight) for group in windows.groups]
-    information = accumulate(model, windows, slopes, errors, fit.x0, fit.x0).reduced()[0].sum(axis=0)
-    k = len(fit.free)
-    held = np.diag(ranges(fit.free)[2] ** -2.0)
-    return -np.linalg.solve(information[:k, :k] + held, information[:k, k:])
+class Told:
+    """What the train windows tell of the numbers of a fit, beside pinned ones that may be off."""
+
+    def __init__(self, problem: EstimationProblem, found: FittedModel) -> None:
+        self._found, self._windows, pinned = found, problem.train, considered(problem.rig)
+        fit, every = found.fit, (*found.fit.free, *pinned)
+        x = np.append(fit.x, np.zeros(len(pinned)))
+        self._slopes = [stable(whole) for whole in slopes_of(found.model, self._windows, fit.x0, fit.p, every, x)]
+
+    def __call__(self, without: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+        """Without some signals: the inverse [k, k] of the information on the fitted numbers, which their ranges hold,
+        and how far [k, m] a standard deviation of each pinned number moves them."""
+        fit, windows, k = self._found.fit, self._windows, len(self._found.fit.free)
+        kept = np.array([name not in without for name in windows.names], float)
+        own = [whole * np.tile(kept, whole.shape[1] // kept.size)[:, None] for whole in self._slopes]
+        errors = [np.zeros_like(group.weight) for group in windows.groups]
+        information = accumulate(self._found.model, windows, own, errors, fit.x0, fit.x0).reduced()[0].sum(axis=0)
+        inverse = np.linalg.inv(information[:k, :k] + np.diag(ranges(fit.free)[2] ** -2.0))
+        return inverse, -inverse @ information[:k, k:]

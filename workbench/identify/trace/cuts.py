@@ -39,8 +39,8 @@ def cut_residuals(
     for equation, (tested, given) in _PARITY.items():
         if all(signal in windows.names for signal in (tested, *given)):
             block = _Block(model_fit.model, windows, x0, model_fit.fit.p, tested, given)
-            if block.rows:
-                chi2[equation] = block.own_chi2(problem.free)
+            if block.rows and (its := block.own_chi2(problem.free)) is not None:
+                chi2[equation] = its
     return chi2 | _spool(problem, model_fit, windows)
 
 
@@ -81,25 +81,31 @@ class _Block:
         """How many rows have all signals."""
         return sum(int(part.valid.sum()) for part in self._parts)
 
-    def own_chi2(self, free: Sequence[FreeParameter]) -> float:
+    def own_chi2(self, free: Sequence[FreeParameter]) -> float | None:
         """chi2 with the numbers and speeds of the whole fit; where the `free` numbers, as the block has them alone, or
-        recorded speeds leave nothing of it, what these leave."""
+        recorded speeds leave nothing of it, what these leave. None where speeds that are most of the errors make up
+        for it: the whole fit is off in speed, and the block says nothing."""
         fitted = self._chi2(self._p)
         if fitted <= BROKEN:
             return fitted
-        blocks = (self, measured) if (measured := self._with_recorded_speed()) else (self,)
+        measured = self._with_recorded_speed()
+        told = measured is None or np.median(self._sizes() / measured._sizes()) < _NOISIER
+        blocks = (self, measured) if measured and told else (self,)
         own = min(block._chi2(block._of_its_own(free)) for block in blocks)
-        return own if own < _LEFT and own - 1 < _GONE * (fitted - 1) else fitted
+        if own < _LEFT and own - 1 < _GONE * (fitted - 1):
+            return own
+        if measured and not told and measured._chi2(measured._of_its_own(free)) - 1 < _GONE * (fitted - 1):
+            return None
+        return fitted
 
     def _with_recorded_speed(self) -> "_Block | None":
-        """With speeds as recorded positions have them; None where those are not, or would be most of the errors."""
+        """With speeds as recorded positions have them; None where those are not."""
         parts = [_with_speed(self._model, part) for part in self._parts]
         if None in parts:
             return None
         block = copy(self)
         block._parts = [part for part in parts if part]
-        noisier = np.median(self._sizes() / block._sizes())
-        return block if noisier < _NOISIER else None
+        return block
 
     def _chi2(self, p: np.ndarray) -> float:
         return float(np.mean((self._errors(p) * self._sizes()) ** 2))

@@ -28,6 +28,7 @@ _RIVAL = 0.25  # of the best score: below this no rival is refitted once nearly 
 _NEARLY_ALL = 0.95  # explained share; below it a score does not exclude a rival: numbers have taken what they can
 _FORMULAS = 0.3  # of the explained share of its best formula: what a name must have for the others to be tried
 _SECOND = 0.5  # of what the second of a pair must explain: what its best formula must have for the others to be tried
+_FELT = 0.1  # of its range: what has a number at an end so far from where the effect is off may need more of it
 _GONE = 1e-6  # of the misfit: as good as nothing is left
 _WITH_MEMORY = 6.0  # fits without: what one with memory takes, about
 _LOST = 0.05  # explained share below which a formula with memory says nothing of the name's other ones
@@ -234,9 +235,20 @@ class _Refits:
         return not effect.shifts and effect.equation in self._equations
 
     def _is_explained(self, planned: Ranked, tried: Mapping[str, CandidateFit]) -> bool:
-        """Whether one of the planned explains the misfit, now that they are tried."""
+        """Whether one of the planned explains the misfit, now that they are tried: not one that leaves a misfit, and
+        would be stronger than it may be or sits where nothing is missing."""
         fits = [tried[pair[0].effect.title] for pair in planned if pair[0].effect.title in tried]
-        return any(self._of_left(candidate_fit) >= decide.NAMED for candidate_fit in fits)
+        return any(self._of_left(fit) >= decide.NAMED and not self._is_doubtful(fit) for fit in fits)
+
+    def _is_doubtful(self, candidate_fit: CandidateFit) -> bool:
+        effect, refitted = candidate_fit.candidate.effect, candidate_fit.model_fit
+        if refitted is None or not self._context.is_misfit(refitted):
+            return False
+        if self._equations and effect.equation not in self._equations:
+            return True
+        values = dict(zip(refitted.model.parameters, refitted.fit.p, strict=True))
+        ends = [n for n in effect.fitted if n.off is not None and effect.key(n.name) in refitted.fit.at_bounds]
+        return any(abs(values[effect.key(n.name)] - n.off) > _FELT * (n.high - n.low) for n in ends)
 
     def _is_suspect(self, pair: tuple[Candidate, float]) -> bool:
         return pair[0].effect.shifts in self._context.suspects

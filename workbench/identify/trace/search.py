@@ -93,7 +93,9 @@ class _Search:
                         return (), better
                     model_fit, effects = better, (*effects[:-1], replace(effects[-1], model_fit=better))
                 elif this_pass.accepted and self._adds(base, effects, this_pass):
-                    effects = (*effects, this_pass.accepted[0])
+                    first = this_pass.accepted[0]
+                    again = not effects and not context.several and context.is_misfit(first.refitted)
+                    effects = (*effects, self._refit_from_declared(first) if again else first)
                 elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
                     effects = (*effects, self._refit_from_declared(part))
                 elif not effects and (pair := self._pair(this_pass, base)):
