@@ -212,7 +212,7 @@ class _Refits:
 
         explained = max(map(explains, planned), default=0.0)
         is_faint = own[0][1] < _RIVAL * ranked[0][1] and not self._is_suspect(own[0])
-        if explained >= _NEARLY_ALL and is_faint:
+        if explained >= _NEARLY_ALL and is_faint and self._is_explained(planned, tried):
             return []
         if self._context.several:
             return [own[0]]
