@@ -7,9 +7,9 @@ import pytest
 
 from experiments.studies import kept
 from experiments.studies.watch.courses import coverage
-from experiments.studies.watch.made_rig import WEARS, MadeRig, drawn_rigs, worn
+from experiments.studies.watch.made_rig import SUPPLY, WEARS, MadeRig, drawn_rigs, worn
 from experiments.studies.watch.page import page
-from experiments.studies.watch.study import summary
+from experiments.studies.watch.study import _is_right, summary
 from workbench.identify.watch.healthy_rate import poisson_rate
 from workbench.identify.watch.history import FEWEST
 from workbench.plant.effects import known_effects
@@ -37,11 +37,27 @@ def test_effects_wear_in_formulas_that_the_library_lacks():
     assert not [wear for wear in WEARS if wear.formula and (wear.name, wear.formula) in library]
 
 
+def test_unsteady_rigs_differ_in_their_supply_and_in_who_writes_down_the_oil():
+    rigs = drawn_rigs(16, 7, 14, unsteady=True)
+    assert all(SUPPLY[0] < rig.supply < SUPPLY[1] for rig in rigs)
+    assert len({rig.supply for rig in rigs}) == 16
+    assert sum(rig.thermometer for rig in rigs) == 8
+    assert {rig.supply for rig in drawn_rigs(16, 7, 14)} == {SUPPLY[0]}
+
+
 def test_a_number_wears_to_so_many_times_what_it_was():
     leak = next(wear for wear in WEARS if wear.name == "Cl")
     numbers, mix = worn(MadeRig(1, leak), {"Cl": 2e-12, "b": 500.0}, 1.0)
     assert numbers == pytest.approx({"Cl": leak.most * 2e-12, "b": 500.0})
     assert mix == {}
+
+
+def test_of_what_the_library_has_no_name_for_the_right_answer_is_unknown():
+    assert not any(wear.is_unnamed for wear in WEARS)
+    rig = next(rig for rig in drawn_rigs(17, 7, 14, unsteady=True) if rig.wear and rig.wear.is_unnamed)
+    assert _is_right(rig, {"effect": None, "among": ["Kp"]})
+    assert not _is_right(rig, {"effect": "Kp", "among": ["Kp"]})
+    assert not _is_right(MadeRig(1, None), {"effect": None, "among": []})
 
 
 def test_eighty_percent_intervals_of_forecasts_hold_the_day_seven_to_nine_times_in_ten():

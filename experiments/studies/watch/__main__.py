@@ -24,6 +24,11 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--years", type=int, default=200, metavar="Y", help="years of healthy rigs to draw (default: 200)"
     )
     parser.add_argument("--mend", action="store_true", help="mend every worn rig after two thirds of its wear")
+    parser.add_argument(
+        "--unsteady",
+        action="store_true",
+        help="supplies wander by up to 2 %%, half of the rigs have no oil temperature, and one wear has no name",
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     works(parser)
     computes(parser, _watch_study, rig=False)
@@ -39,7 +44,8 @@ def _watch_study(options: argparse.Namespace, words: list[str]) -> None:
     from .made_rig import drawn_rigs
     from .study import run_watch_study
 
-    rigs = drawn_rigs(options.first + options.number, options.seed, options.sessions, options.mend)[options.first :]
+    drawn = options.first + options.number, options.seed, options.sessions, options.mend, options.unsteady
+    rigs = drawn_rigs(*drawn)[options.first :]
     loop = loop_of(experiment("position_tuned"), "p-dp")
     identity = {"command": "watch-study", "rigs": [str(rig) for rig in rigs], "years": options.years}
     study = partial(run_watch_study, rigs, loop, options.years, jobs=jobs(options))

@@ -2,7 +2,7 @@
 
 import gzip
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from pathlib import Path
 from typing import Literal, get_args
@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.identify.watch.history import FEWEST
 
-from ..trace.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, Cause
+from ..trace.campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, Cause
 from ..trace.campaigns.draw import CampaignPlan, written_records
 from ..trace.campaigns.noise import Noise
 from ..trace.campaigns.scene import Scene
@@ -20,7 +20,7 @@ FIRST_DAY = date(2025, 1, 6)
 WEEK = 7
 SEASON, DAILY = 6.0, 2.0  # K, of the oil about its mean: over a year, and from session to session
 PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number: what is true of made oils, a watch has its own
-SUPPLY = 0.003  # of the supply pressure, from session to session
+SUPPLY = (0.003, 0.02)  # of the supply pressure, from session to session: of a steady rig, of an unsteady one
 NOISIER = 0.15  # of each sensor's noise, from session to session
 HEALTHY = "nothing"
 
@@ -32,7 +32,7 @@ Mix = dict[Cause, dict[str, float]]
 @dataclass(frozen=True)
 class Wear:
     """What grows: a number of the rig to `most` times its first value, an effect to `most` of typical, or the scale of
-    a sensor by `most`."""
+    a sensor by `most`. Of an effect that the library has no name for, `formula` is empty."""
 
     name: str
     formula: str
@@ -42,6 +42,17 @@ class Wear:
     def sensor(self) -> str:
         """The sensor that wears, if one does."""
         return self.name.removesuffix(".scale") if self.name.endswith(".scale") else ""
+
+    @property
+    def cause(self) -> Cause | None:
+        """The effect that grows, if it is one."""
+        every = (*OTHER_FORMULA_CAUSES, *LIBRARY_CAUSES, *UNNAMED_CAUSES)
+        return next((cause for cause in every if cause.key == (self.name, self.formula)), None)
+
+    @property
+    def is_unnamed(self) -> bool:
+        """Whether the library has no name for it, so that "unknown" is the right answer."""
+        return self.cause in UNNAMED_CAUSES
 
 
 WEARS = (
@@ -56,12 +67,14 @@ WEARS = (
     Wear("drive.delay", "shift and filter", 0.5),
     Wear("pa.scale", "", 0.05),
 )
+UNNAMED = Wear("detent of the main spool", "", 0.6)
 
 
 @dataclass(frozen=True)
 class MadeRig:
     """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, its noise, the
-    session before which it is `mended`, and whether a remark tells of that."""
+    session before which it is `mended`, whether a remark tells of that, how far its supply wanders from session to
+    session, of the pressure, and whether somebody writes down the oil's temperature."""
 
     seed: int
     wear: Wear | None
@@ -71,6 +84,8 @@ class MadeRig:
     noise: Noise = "white"
     mended: int | None = None
     said: bool = False
+    supply: float = SUPPLY[0]
+    thermometer: bool = True
 
     @property
     def id(self) -> str:
@@ -85,20 +100,26 @@ class MadeRig:
         return {"slow": grown, "jump": 0.5, "steps": np.ceil(3 * grown) / 3}[self.growth]
 
 
-def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False) -> list[MadeRig]:
+def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False, unsteady: bool = False) -> list[MadeRig]:
     """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn, and are
     mended, if they are, after two thirds of that, every second one with a remark. The noise of every second rig is
-    coloured."""
+    coloured. `unsteady`: supplies wander by 0.3 to 2 %, nobody writes down the oil's temperature of every second pair,
+    and one wear has no name."""
     rigs, growths = [], get_args(Growth)
+    wears = (*WEARS, UNNAMED) if unsteady else WEARS
     for k in range(number):
         random = np.random.default_rng([seed, k])
         worn = k - k // 3 - 1
-        wear = None if k % 3 == 0 else WEARS[worn % len(WEARS)]
+        wear = None if k % 3 == 0 else wears[worn % len(wears)]
         begins = FEWEST + int(random.integers(max(1, sessions // 2 - FEWEST), max(2, 2 * sessions // 3 - FEWEST)))
         noise: Noise = "coloured" if k % 2 else "white"
         mended = begins + 2 * (sessions - begins) // 3 if mend and wear else None
         growth = growths[worn % 3] if wear else "slow"
-        rigs.append(MadeRig(seed * 1000 + k, wear, growth, begins, sessions, noise, mended, bool(worn % 2)))
+        rig = MadeRig(seed * 1000 + k, wear, growth, begins, sessions, noise, mended, bool(worn % 2))
+        if unsteady:
+            supply = float(np.exp(random.uniform(*np.log(SUPPLY))))
+            rig = replace(rig, supply=supply, thermometer=k // 2 % 2 == 0)
+        rigs.append(rig)
     return rigs
 
 
@@ -110,11 +131,13 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         day = FIRST_DAY + timedelta(days=WEEK * session)
         warmer = SEASON * np.sin(2 * np.pi * WEEK * session / 365.25) + DAILY * random.standard_normal()
         numbers = {name: value * (1 + PER_KELVIN.get(name, 0.0) * warmer) for name, value in scene.true.items()}
-        numbers["Ps"] *= 1 + SUPPLY * random.standard_normal()
+        numbers["Ps"] *= 1 + rig.supply * random.standard_normal()
         numbers, mix = worn(rig, numbers, rig.share(session))
         louder = float(np.exp(NOISIER * random.standard_normal()))
         plan = CampaignPlan(rig.seed * 1000 + session, "single", noise=rig.noise)
-        extra = {"session": {"date": day.isoformat(), "oil_temperature": f"{40 + warmer:.1f} degC"}}
+        extra = {"session": {"date": day.isoformat()}}
+        if rig.thermometer:
+            extra["session"]["oil_temperature"] = f"{40 + warmer:.1f} degC"
         if session == rig.mended and rig.said:
             extra["session"]["remark"] = "repaired"
         written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
@@ -129,9 +152,9 @@ def worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict
     wear = rig.wear
     if wear is None or share == 0.0 or wear.sensor:
         return dict(numbers), {}
-    if not wear.formula:
+    cause = wear.cause
+    if cause is None:
         return {**numbers, wear.name: numbers[wear.name] * (1 + share * (wear.most - 1))}, {}
-    cause = _cause(wear)
     strong = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
               for n in cause.effect.numbers}  # fmt: skip
     return dict(numbers), {cause: strong}
@@ -148,7 +171,3 @@ def _rescale(folder: Path, sensor: str, factor: float) -> None:
             row[column] = f"{factor * float(row[column]):.7g}"
         with gzip.open(file, "wt", encoding="utf-8") as lines:
             lines.write("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
-
-
-def _cause(wear: Wear) -> Cause:
-    return next(c for c in (*OTHER_FORMULA_CAUSES, *LIBRARY_CAUSES) if c.key == (wear.name, wear.formula))

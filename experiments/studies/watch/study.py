@@ -19,6 +19,7 @@ from workbench.identify.watch.healthy_rate import poisson_rate
 from workbench.identify.watch.history import history
 from workbench.identify.watch.loop_costs import TunedLoop, margins
 from workbench.identify.watch.reader import SessionReader, read_sessions
+from workbench.plant.effects import known_effects
 from workbench.plant.effects.declared import effect_use
 from workbench.records.dated_sessions import dated_sessions
 from workbench.rigs.rig import Rig
@@ -27,7 +28,7 @@ from workbench.rigs.rig_file import load_rig
 from ..trace.campaigns.draw import CampaignPlan, drawn_scene
 from ..trace.campaigns.scene import Scene
 from .courses import coverage
-from .healthy import false_alarms
+from .healthy import drawn_year, false_alarms, resampled_year
 from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
 from .page import page
 
@@ -78,6 +79,8 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "wear": name,
         "growth": rig.growth if rig.wear else None,
         "noise": rig.noise,
+        "supply": rig.supply,
+        "thermometer": rig.thermometer,
         "begins": rig.begins if rig.wear else None,
         "mended": rig.mended,
         "sessions": rig.sessions,
@@ -85,7 +88,7 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "gone": days.index(alarm["until"]) if alarm and alarm["until"] else None,
         "effect": alarm["effect"] if alarm else None,
         "among": alarm["among"] if alarm else [],
-        "right": name is not None and alarm is not None and name in alarm["among"],
+        "right": alarm is not None and _is_right(rig, alarm),
         "share": rig.share(told) if told is not None else None,
         "lost_db": None if told is None else lost[told],
         "hurt": next((t for t, each in enumerate(lost) if each is not None and each >= HURT), None),
@@ -96,8 +99,18 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     }
 
 
+def _is_right(rig: MadeRig, alarm: Row) -> bool:
+    """Whether a change has its name, alone or among others, or none where the library has none for it."""
+    if rig.wear is None:
+        return False
+    return alarm["effect"] is None if rig.wear.is_unnamed else rig.wear.name in alarm["among"]
+
+
 def _lost(rig: MadeRig, loop: TunedLoop, truths: Sequence[Mapping[str, float]]) -> list[float | None]:
-    """dB of gain margin that the loop has lost in each session since the one before the wear began."""
+    """dB of gain margin that the loop has lost in each session since the one before the wear began; none is known of
+    what the library has no effect for."""
+    if rig.wear and rig.wear.is_unnamed:
+        return [None] * len(truths)
     found = [margins(loop, true_rig(rig, each, rig.share(t))).get("gain_margin_db") for t, each in enumerate(truths)]
     before = found[max(rig.begins - 1, 0)]
     return [None if each is None or before is None else before - each for each in found]
@@ -119,17 +132,11 @@ def true_rig(rig: MadeRig, numbers: Mapping[str, float], share: float) -> Rig:
     known = {
         n: replace(number, value=numbers[n], low=None, high=None) for n, number in base.numbers.items() if n in numbers
     }
-    if rig.wear is None or not rig.wear.formula or share == 0:
+    if rig.wear is None or rig.wear.cause is None or share == 0:
         return replace(base, numbers={**base.numbers, **known})
-    effect = _library_effect(rig.wear.name)
+    effect = next(effect for effect in known_effects() if effect.name == rig.wear.name)
     strong = {n.name: n.off + share * rig.wear.most * (n.typical - n.off) for n in effect.numbers if n.off is not None}
     return replace(base, numbers={**base.numbers, **known}, effects=(*base.effects, effect_use(effect, strong, "made")))
-
-
-def _library_effect(name: str) -> Any:
-    from workbench.plant.effects import known_effects
-
-    return next(effect for effect in known_effects() if effect.name == name)
 
 
 def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:
@@ -137,10 +144,13 @@ def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:
     sessions, evidence = read_sessions(reader, dated_sessions(folder / rig.id).sessions, [])
     days = [float((each.day - sessions[0].day).days) for each in sessions]
     known = history(evidence, days, [False] * len(days), [each.temperature for each in sessions])
-    with one_blas_thread():
-        alarms = false_alarms(known, years, A_YEAR)
-    rate = poisson_rate(alarms, years)
-    return {"years": years, "alarms": alarms, "asked_a_year": A_YEAR, "a_year": [rate.value, rate.low, rate.high]}
+    found = {"years": years, "asked_a_year": A_YEAR, "supply": rig.supply}
+    for name, draw in {"resampled": resampled_year, "other_laws": partial(drawn_year, supply=rig.supply)}.items():
+        with one_blas_thread():
+            alarms = false_alarms(known, years, A_YEAR, draw)
+        rate = poisson_rate(alarms, years)
+        found[name] = {"alarms": alarms, "a_year": [rate.value, rate.low, rate.high]}
+    return found
 
 
 def summary(rows: Sequence[Row]) -> Row:

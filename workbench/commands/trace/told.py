@@ -2,7 +2,7 @@
 
 from ...base.words import counted, listed
 from ...identify.trace.findings import Trace
-from ...identify.trace.told import SAME
+from ...identify.trace.rule import ALIKE
 from ...report import Section, Table
 
 _SAID = (
@@ -35,5 +35,5 @@ def told_section(trace: Trace) -> list[Section]:
         [name, name in trace.told.shown, ", ".join(alike.get(name, ()))]
         for name in sorted(trace.told.shown + trace.told.hidden)
     ]
-    table = Table("Effects in a closed loop", ["effect", "shown", "looks like"], rows, note=_SAID.format(SAME))
+    table = Table("Effects in a closed loop", ["effect", "shown", "looks like"], rows, note=_SAID.format(ALIKE))
     return [Section("What the loop lets through", [table])]

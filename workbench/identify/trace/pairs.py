@@ -16,9 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fit.free_parameters import Candidate
+from .rule import ALIKE
 from .score import EffectDirection
-
-ALIKE = 0.95  # cosine beyond which two effects are one to this campaign
 
 
 @dataclass(frozen=True)

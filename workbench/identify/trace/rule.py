@@ -25,6 +25,7 @@ PARTIAL = 0.3  # explained share from which an effect may be one of two
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
 LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
 FORMULA = 0.3  # of the noise's variance: what a right name may leave whose formula is not the rig's own
+ALIKE = 0.95  # cosine from which two effects are one to these records: a tenth of the misfit tells them apart
 ONE_OF_SEVERAL = 0.1  # explained share of what is left, where a rig is known to lack several effects
 
 

@@ -15,13 +15,11 @@ from .information import alternatives, cosines, effect_information, effects_alon
 from .problem import EstimationProblem
 from .refit import FittedModel
 
-SAME = 0.95  # cosine from which two effects are one to these records: a tenth of the misfit tells them apart
-
 
 @dataclass(frozen=True)
 class ToldEffects:
     """Names of effects that records `shown` at their typical strength, those that they `hidden`, and groups of `alike`
-    ones, each linked by cosines above SAME."""
+    ones, each linked by cosines above ALIKE."""
 
     shown: list[str]
     hidden: list[str]
@@ -36,5 +34,5 @@ def told_effects(problem: EstimationProblem, base: FittedModel, library: Sequenc
     noise = problem.deviation(problem.train.samples)
     seen = np.diag(alone) >= problem.train.samples * (decide.gate(noise) - 1)  # not of one that cannot be simulated
     shown = names[seen].tolist()
-    near = cosines(alone[seen][:, seen]) >= SAME
+    near = cosines(alone[seen][:, seen]) >= decide.ALIKE
     return ToldEffects(shown, names[~seen].tolist(), linked(shown, near))

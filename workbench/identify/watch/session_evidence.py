@@ -29,13 +29,13 @@ from ..trace.score import NuisanceProjection, effect_change
 STRENGTH = 0.1  # of an effect's typical strength, at which its slope is taken
 # How a healthy rig moves from session to session, one standard deviation.
 # Of the number: some 5 K of the oil (viscosity 3 % a kelvin: Merritt, Hydraulic Control Systems, ch. 2), a pump.
-HEALTHY = {"b": 0.15, "beta": 0.03, "Cl": 0.1, "Ps": 0.01}
+HEALTHY = {"b": 0.15, "beta": 0.03, "Cl": 0.1, "Ps": 0.02}
 _SMALL = 0.1  # of its range: no number is held to less than that much of it
 LITTLE = 0.005  # of any other number, or of an effect's typical strength
 OF_SCALE, OF_ZERO = 0.002, 0.01  # a transducer's, of its reading, and of a twentieth of how far it moves
-HELD = 3.0  # such deviations, to which the rig's numbers are held
+HELD = 3.0 * 2**0.5  # such deviations, to which the rig's numbers are held about the first session, which wanders too
 _CALIBRATED = 10.0  # such deviations, within which a transducer's scale and zero are: 2 %, 0.5 % of how far it moves
-ROUNDS = 3  # of Gauss-Newton: a session's numbers are near those of the first one
+ROUNDS = 8  # of Gauss-Newton at most: a window that a supply 1 % higher leads elsewhere takes five
 COMMAND = "command"  # the drive's input, whose gain and zero may change as a sensor's do
 _INPUT_STEP = 0.005  # of the command, at which its slope is taken
 Columns = list[np.ndarray]
