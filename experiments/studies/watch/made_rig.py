@@ -67,7 +67,7 @@ WEARS = (
     Wear("drive.delay", "shift and filter", 0.5),
     Wear("pa.scale", "", 0.05),
 )
-UNNAMED = Wear("detent of the main spool", "", 0.6)
+UNNAMED = Wear("detent of the main spool", "", 30.0)
 
 
 @dataclass(frozen=True)
