@@ -16,7 +16,9 @@ from workbench.plant.effects import known_effects
 
 HERE = Path(__file__).parent
 WATCHED = kept("watch/rigs").table
-PAGE = (HERE.parent / "docs" / "results" / "watch.md").read_text()
+RESULTS = HERE.parent / "docs" / "results"
+PAGE = (RESULTS / "watch.md").read_text()
+HEALTHY = (RESULTS / "watch_healthy.md").read_text()
 
 
 def test_a_third_of_the_rigs_is_healthy_and_every_wear_has_its_turn_after_enough_sessions():
@@ -102,11 +104,22 @@ def test_the_table_of_mended_rigs_is_that_of_those_that_were_watched():
 
 
 def test_the_page_states_the_rate_and_the_forecasts_that_were_measured():
-    healthy, forecasts = WATCHED["healthy"], WATCHED["forecasts"]
-    assert f"{healthy['alarms']} alarms in {healthy['years']} years" in PAGE
-    assert f"{healthy['a_year'][2]:.3f}" in PAGE
+    forecasts = WATCHED["forecasts"]
+    drawn = [
+        of[name] for of in (WATCHED["healthy"], WATCHED["unsteady"]["healthy"]) for name in ("resampled", "other_laws")
+    ]
+    lines = [line for line in HEALTHY.splitlines() if re.search(r"\| (as its|by other)", line)]
+    for line, each in zip(lines, drawn, strict=True):
+        value, low, high = each["a_year"]
+        assert f"| {each['alarms']} | {value:.2f} ({low:.2f} to {high:.2g}) |" in line
     for pace, each in forecasts.items():
         assert re.search(rf"\| {pace} \| {each['forecasts']} \| {100 * each['held']:.0f} \|", PAGE), pace
+
+
+def test_the_page_states_what_unsteady_rigs_leave_before_they_wear():
+    for row in WATCHED["unsteady"]["rows"]:
+        assert f"`{row['id']}`, with {100 * row['supply']:.1f} %" in HEALTHY
+        assert f"more than {max(row['chi2'][: row['begins']]):.2f}" in HEALTHY
 
 
 def test_the_report_of_a_study_has_its_rigs_and_its_rates():
