@@ -371,9 +371,10 @@ def test_a_pressure_makes_the_numbers_of_a_loop_sharper_and_the_page_says_by_how
     assert main(["fit", str(folder), "--out", "f", "--starts", "1"]) == 0
     tells = json.loads(Path("f/metrics.json").read_text())["tells"]
     alone = dict(zip(tells["numbers"], tells["alone"]["position"], strict=True))
-    assert alone["loop_gain"] > 1.2
-    said = f"the intervals of loop_gain and loop_delay would be {alone['loop_gain']:.2g} and {alone['loop_delay']:.2g}"
-    assert f"{said} times as long" in Path("f/report.html").read_text()
+    assert min(alone["M"], alone["b"]) > 1.2
+    told = [f"{alone[name]:.2g}" for name in ("loop_gain", "loop_delay", "b", "M")]
+    said = f"the intervals of loop_gain, loop_delay, b and M would be {', '.join(told[:3])} and {told[3]} times as long"
+    assert said in Path("f/report.html").read_text()
 
 
 @pytest.mark.parametrize("pinned", [False, True])

@@ -10,6 +10,7 @@ from ...identify.trace.refit import FittedModel
 from ...report import Table
 
 _LOOP = ("loop_gain", "loop_delay")
+_OTHERS = 2  # numbers beside them, in the sentence
 
 
 def signals_tell(problem: EstimationProblem, found: FittedModel) -> dict[str, Any]:
@@ -30,12 +31,15 @@ def signals_tell(problem: EstimationProblem, found: FittedModel) -> dict[str, An
 
 
 def tells_sentence(tells: Mapping[str, Any], controlled: str) -> str:
-    """How much sharper what is recorded beside that which a loop controls makes the loop's numbers."""
+    """How much sharper what is recorded beside that which a loop controls makes the loop's numbers, and those of the
+    others that gain most."""
     others = [name for name in tells["without"] if name != controlled]
     told = [name for name in _LOOP if name in tells["numbers"]]
     if controlled not in tells["alone"] or not others or not told:
         return ""
-    times = [f"{tells['alone'][controlled][tells['numbers'].index(name)]:.2g}" for name in told]
+    longer = dict(zip(tells["numbers"], tells["alone"][controlled], strict=True))
+    told += sorted((name for name in longer if name not in _LOOP), key=lambda name: -longer[name])[:_OTHERS]
+    times = [f"{longer[name]:.2g}" for name in told]
     return f" With {controlled} alone the intervals of {listed(told)} would be {listed(times)} times as long."
 
 
