@@ -9,6 +9,7 @@ import numpy as np
 from workbench.base.signals import SIGNALS
 from workbench.base.units import from_si
 from workbench.records import Record, load_campaign
+from workbench.records.foreign import column, open_foreign, write_parts
 
 SAMPLE = Path(__file__).parents[1] / "experiments" / "sample"
 
@@ -31,3 +32,11 @@ def text(header: Sequence[str], table: Sequence[np.ndarray], separator: str = ",
     rows = zip(*(values.tolist() for values in table), strict=True)
     lines = [separator.join(f"{value:.9g}" for value in row).replace(".", decimal) for row in rows]
     return "\n".join([*header, *lines, ""])
+
+
+def clock(path: Path) -> np.ndarray:
+    """The times [n] s of a foreign file, of the column that is its clock."""
+    source = open_foreign(path)
+    (part,) = write_parts(source, path, path.parent, "made")
+    (cell,) = [heading.cell for heading in part.headings if heading.unit == "s"]
+    return column(path.parent / part.file, cell)
