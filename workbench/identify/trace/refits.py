@@ -166,12 +166,10 @@ class _Refits:
             context.steps.say(f"fit with {effect.title}")
             name = f"declared-{self._number}-{effect.name}-{effect.formula}"
             try:
-                found = context.fit(name, partial(refit_from_declared, context.problem, part.refitted))
+                made[effect.title] = from_declared(context, name, part, self._model_fit, self._before)
             except OutOfTime:
                 return list(made.values()), False
             context.steps.done()
-            judgement = judge(context, effect, self._model_fit, self._before, found)
-            made[effect.title] = replace(part, judgement=judgement, model_fit=found)
         return list(made.values()), True
 
     def _planned(self, ranked: Ranked, tried: Mapping[str, CandidateFit]) -> list[tuple[Candidate, float]]:
@@ -304,6 +302,15 @@ class _Refits:
         explained = 100 * judgement.explained
         context.report_progress(f"pass {self._number}: {effect.name} {effect.formula} explains {explained:.1f} %")
         return CandidateFit(candidate, share, judgement, refitted)
+
+
+def from_declared(
+    context: TraceContext, name: str, part: CandidateFit, model_fit: FittedModel, before: FittedModel
+) -> CandidateFit:
+    """A refit made again from the numbers that the rig declares, if that is better, as a stage with a `name`, judged
+    as `judge` does. Raises OutOfTime."""
+    found = context.fit(name, partial(refit_from_declared, context.problem, part.refitted))
+    return replace(part, judgement=judge(context, part.candidate.effect, model_fit, before, found), model_fit=found)
 
 
 def judge(

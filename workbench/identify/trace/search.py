@@ -15,8 +15,8 @@ from .joint import refit_pairs, without_false_first
 from .localise import clear_evidence, likely_equations
 from .locate import FaultLocation
 from .problem import EstimationProblem
-from .refit import FittedModel, fit_rig, refit_from_declared, refit_without_last_effect
-from .refits import FITS, run_pass
+from .refit import FittedModel, fit_rig, refit_without_last_effect
+from .refits import FITS, from_declared, run_pass
 from .several import best_of_several
 from .told import ToldEffects
 
@@ -95,9 +95,9 @@ class _Search:
                 elif this_pass.accepted and self._adds(base, effects, this_pass):
                     first = this_pass.accepted[0]
                     again = not effects and not context.several and context.is_misfit(first.refitted)
-                    effects = (*effects, self._refit_from_declared(first) if again else first)
+                    effects = (*effects, self._from_declared(first, model_fit) if again else first)
                 elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
-                    effects = (*effects, self._refit_from_declared(part))
+                    effects = (*effects, self._from_declared(part, model_fit))
                 elif not effects and (pair := self._pair(this_pass, base)):
                     effects = pair
                 else:
@@ -141,13 +141,12 @@ class _Search:
             return refitted if _matters_for_fit(model_fit, refitted) else model_fit
         return model_fit
 
-    def _refit_from_declared(self, candidate_fit: CandidateFit) -> CandidateFit:
-        """The effect with its fit from the rig's declared numbers, where that is better."""
-        name = f"again-{len(self._passes)}-{candidate_fit.candidate.effect.name}"
+    def _from_declared(self, part: CandidateFit, before: FittedModel) -> CandidateFit:
+        """The effect with its fit from the rig's declared numbers, where that is better and there is time."""
         with self._in_time():
-            fit = self._context.fit(name, lambda: refit_from_declared(self._context.problem, candidate_fit.refitted))
-            return replace(candidate_fit, model_fit=fit)
-        return candidate_fit
+            name = f"again-{len(self._passes)}-{part.candidate.effect.name}"
+            return from_declared(self._context, name, part, before, before)
+        return part
 
     def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
         """Whether the effect that a pass accepted goes to those before: it has to matter, but for a second one, which
