@@ -34,11 +34,11 @@ def with_considered(problem: EstimationProblem, found: FittedModel) -> FittedMod
     """The fit whose covariance counts the errors that pinned numbers may have."""
     if not considered(problem.rig):
         return found
-    _, carried = Told(problem, found)()
+    _, carried = ToldNumbers(problem, found)()
     return replace(found, fit=replace(found.fit, covariance=found.fit.covariance + carried @ carried.T))
 
 
-class Told:
+class ToldNumbers:
     """What the train windows tell of the numbers of a fit, beside pinned ones that may be off."""
 
     def __init__(self, problem: EstimationProblem, found: FittedModel) -> None:
