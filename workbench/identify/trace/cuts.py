@@ -83,19 +83,20 @@ class _Block:
 
     def own_chi2(self, free: Sequence[FreeParameter]) -> float | None:
         """chi2 with the numbers and speeds of the whole fit; where the `free` numbers, as the block has them alone, or
-        recorded speeds leave nothing of it, what these leave. None where speeds that are most of the errors make up
-        for it: the whole fit is off in speed, and the block says nothing."""
+        recorded speeds leave nothing of it, what these leave. None where such speeds are most of the errors, and leave
+        less than their noise would hide: the whole fit is off in speed, and the block says nothing."""
         fitted = self._chi2(self._p)
         if fitted <= BROKEN:
             return fitted
         measured = self._with_recorded_speed()
-        told = measured is None or np.median(self._sizes() / measured._sizes()) < _NOISIER
-        blocks = (self, measured) if measured and told else (self,)
+        noisier = float(np.median(self._sizes() / measured._sizes())) if measured else 1.0
+        blocks = (self, measured) if measured and noisier < _NOISIER else (self,)
         own = min(block._chi2(block._of_its_own(free)) for block in blocks)
         if own < _LEFT and own - 1 < _GONE * (fitted - 1):
             return own
-        if measured and not told and measured._chi2(measured._of_its_own(free)) - 1 < _GONE * (fitted - 1):
-            return None
+        if measured and noisier >= _NOISIER:
+            hidden = _GONE * (fitted - 1) / noisier**2
+            return None if measured._chi2(measured._of_its_own(free)) - 1 < hidden else fitted
         return fitted
 
     def _with_recorded_speed(self) -> "_Block | None":
