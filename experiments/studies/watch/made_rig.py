@@ -22,7 +22,6 @@ SEASON, DAILY = 6.0, 2.0  # K, of the oil about its mean: over a year, and from 
 PER_KELVIN = {"b": -0.03, "beta": -0.004, "Cl": 0.02}  # of the number: what is true of made oils, a watch has its own
 SUPPLY = (0.003, 0.02)  # of the supply pressure, from session to session: of a steady rig, of an unsteady one
 NOISIER = 0.15  # of each sensor's noise, from session to session
-HEALTHY = "nothing"
 
 Growth = Literal["slow", "jump", "steps"]
 Pace = Literal["steady", "unsteady", "faster"]  # of wears whose forecasts are drawn

@@ -87,6 +87,11 @@ def ranges(free: Sequence[FreeParameter]) -> tuple[np.ndarray, np.ndarray, np.nd
     return low, high, (high - low) / 2
 
 
+def held(free: Sequence[FreeParameter]) -> np.ndarray:
+    """Information [k, k] that the ranges of free numbers add."""
+    return np.diag(ranges(free)[2] ** -2.0)
+
+
 def costs(
     model: Model, windows: Windows, x0: np.ndarray, p: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

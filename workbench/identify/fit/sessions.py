@@ -66,7 +66,7 @@ def session_differences(
     _, _, width = ranges(fit.free)
     matrix = fit.matrices.sum(axis=0) + np.diag(width**-2)
     gradient = fit.gradients.sum(axis=0) + fit.x / width**2
-    noise = kappa * max(1.0, fit.chi2)
+    noise = kappa * fit.louder
     index = np.array([record for record, *_ in windows.spans])
     clear = []
     for name, places in sessions.items():

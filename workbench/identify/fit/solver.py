@@ -65,6 +65,11 @@ class Fit:
         return float(self.squares.sum()) / self.samples
 
     @property
+    def louder(self) -> float:
+        """How many times the noise's variance its intervals count: a misfit counts as noise."""
+        return max(1.0, self.chi2)
+
+    @property
     def ok(self) -> bool:
         """Whether every window could be simulated."""
         return bool(np.isfinite(self.squares).all())

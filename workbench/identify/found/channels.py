@@ -12,7 +12,7 @@ from ..trace.refit import FittedModel
 def longer_without(problem: EstimationProblem, found: FittedModel, left_out: Sequence[Sequence[str]]) -> np.ndarray:
     """Intervals of the fitted numbers without some signals over those with all [sets, k]: by the information of the
     train windows about the fit, the initial states following, what pinned numbers may be off by counted."""
-    told, noise = ToldNumbers(problem, found), problem.kappa * max(1.0, found.fit.chi2)
+    told, noise = ToldNumbers(problem, found), problem.kappa * found.fit.louder
 
     def deviations(without: Sequence[str]) -> np.ndarray:
         inverse, carried = told(without)

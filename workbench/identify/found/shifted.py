@@ -77,7 +77,7 @@ def _as_fitted(trace: Trace, names: tuple[str, ...], late: float) -> tuple[float
         rate = weight * np.gradient(y, axis=1) / train.records[0].period
         slopes[group.which, 0] = np.sum(rate * weight * (y - group.measured[..., columns]), axis=(1, 2))
         square += np.sum(rate * rate)
-    noise = float(problem.kappas[columns].max()) * max(1.0, fit.chi2) * square
+    noise = float(problem.kappas[columns].max()) * fit.louder * square
     scatters = [noise, *(clustered(slopes, train, by_record) for by_record in (False, True))]
     variance = float(widest(np.linalg.inv(square), scatters, np.zeros((1, 1)))[0, 0])
     deviation = float(np.hypot(np.sqrt(variance), _ROW * train.records[0].period))

@@ -14,7 +14,7 @@ import numpy as np
 from ...plant.effects import numbers_of
 from ...rigs.rig import Rig
 from ..fit.determined import FreeParameter
-from ..fit.normal_equations import accumulate, ranges, slopes_of, stable
+from ..fit.normal_equations import accumulate, held, slopes_of, stable
 from .problem import EstimationProblem
 from .refit import FittedModel
 
@@ -55,5 +55,5 @@ class ToldNumbers:
         own = [whole * np.tile(kept, whole.shape[1] // kept.size)[:, None] for whole in self._slopes]
         errors = [np.zeros_like(group.weight) for group in windows.groups]
         information = accumulate(self._found.model, windows, own, errors, fit.x0, fit.x0).reduced()[0].sum(axis=0)
-        inverse = np.linalg.inv(information[:k, :k] + np.diag(ranges(fit.free)[2] ** -2.0))
+        inverse = np.linalg.inv(information[:k, :k] + held(fit.free))
         return inverse, -inverse @ information[:k, k:]

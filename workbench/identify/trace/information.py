@@ -17,7 +17,7 @@ from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength
 from ..fit.initial_states import fit_states
 from ..fit.model import Model
-from ..fit.normal_equations import accumulate, ranges, slopes_of
+from ..fit.normal_equations import accumulate, held, slopes_of
 from ..fit.solver import Fit
 from ..fit.windows import Windows
 from .problem import EstimationProblem
@@ -92,7 +92,7 @@ def effect_information(
 def effects_alone(information: np.ndarray, fit: Fit) -> np.ndarray:
     """Inner products [e, e] of the effects, less what the numbers can do as well inside their ranges."""
     k = len(fit.free)
-    numbers = information[:k, :k] + np.diag(ranges(fit.free)[2] ** -2.0)
+    numbers = information[:k, :k] + held(fit.free)
     return information[k:, k:] - information[k:, :k] @ np.linalg.solve(numbers, information[:k, k:])
 
 
@@ -112,6 +112,6 @@ def linked(names: Sequence[str], near: np.ndarray) -> list[list[str]]:
 
 def sharpened(fit: Fit, information: np.ndarray, kappa: float) -> Fit:
     """The fit with the covariance that further windows would leave it, as noisy as those that it has."""
-    k, unlike = len(fit.free), kappa * max(1.0, fit.chi2)
+    k, unlike = len(fit.free), kappa * fit.louder
     precision = np.linalg.inv(fit.covariance) + information[:k, :k] / unlike
     return replace(fit, covariance=np.linalg.inv(precision))
