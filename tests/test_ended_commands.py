@@ -200,6 +200,17 @@ def test_the_status_is_the_same_where_the_signal_meets_what_python_builds_from_t
     assert done.returncode == 128 + signal.SIGTERM
 
 
+def test_an_interrupted_command_that_replaces_says_that_it_begins_anew(tmp_path, monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("workbench.commands.common.run_folder.open_run", interrupted)
+    out = ["residual", "sample", "--out", str(tmp_path / "out")]
+    for words, said in ([], "the same command resumes"), (["--force"], "with --force the same command begins anew"):
+        main([*out, *words])
+        assert capsys.readouterr().err == f"jackbench: interrupted; {said}\n"
+
+
 def test_who_ignores_hang_ups_goes_on(tmp_path, monkeypatch):
     """As under nohup."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)

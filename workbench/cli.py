@@ -96,7 +96,8 @@ def _run(program: str, words: Sequence[str], read: Callable[[Sequence[str]], arg
         return _complaint(f"{error.filename or 'writing'}: {error.strerror}; mend that and repeat the command")
     except KeyboardInterrupt:
         exec("")  # an interrupt within an exec, as of a dataclass, would else make Python end itself by SIGINT
-        _say("interrupted; the same command resumes")
+        again = "the same command resumes" if "--force" not in words else "with --force the same command begins anew"
+        _say(f"interrupted; {again}")
         return _INTERRUPTED
     return 0
 
