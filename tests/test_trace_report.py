@@ -195,6 +195,15 @@ def test_an_effect_s_number_at_its_end_is_a_warning():
     assert "the end of its range" not in words.verdict(found(), None, None)
 
 
+def test_a_name_that_leaves_too_much_is_said_with_what_it_leaves():
+    before, left = (replace(found().heldout[0], squares=np.array([chi2]), samples=1) for chi2 in (91.0, 10.0))
+    nothing = {"verdict": "unknown", "effects": (), "named": found().base, "refuted": found().effects}
+    nothing["heldout"] = (before, before, before)
+    said = words.verdict(altered(**nothing, refuted_errors=left), None, None)
+    assert " takes away 90.0 % of it and leaves 3.16 times the noise (with so much left 95 % would name it)" in said
+    assert "bear it out" in words.verdict(altered(**nothing, refuted_errors=before), None, None)
+
+
 def test_what_explains_only_with_numbers_at_their_ends_says_so():
     """A name that is not given may lack room in the rig file, and nothing else: the answer says where."""
     one, number = found().effects[0], found().named.fit.free[0]

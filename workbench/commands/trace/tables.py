@@ -76,9 +76,9 @@ def rule_table(trace: Trace) -> Table:
     ]
     if trace.effects:
         before, named, _ = (errors.chi2 for errors in trace.heldout)
-        share = (before - named) / max(before - 1, 1e-9)
-        enough = f"{100 * decide.NAMED:.0f} or more, or the noise floor"
-        held = share >= decide.NAMED or named <= last
+        share, least = trace.heldout[0].explained(trace.heldout[1]), decide.asked(named)
+        enough = f"{100 * least:.0f} or more, or the noise floor"
+        held = share >= least or named <= last
         words = ["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0)]
         rows += [] if trace.several else [[*words, enough, held]]
         most = problem.complete(before, heldout, trace.several)

@@ -334,6 +334,12 @@ def _nearest(trace: Trace) -> str:
     if trace.refuted:
         names = listed([title(fit.candidate.effect) for fit in trace.refuted])
         ends = _with_ends(trace.refuted[-1], trace)
+        before, after = trace.heldout[0], trace.refuted_errors
+        if after and before.explained(after) >= decide.NAMED:
+            least = f"with so much left {100 * decide.asked(after.chi2):.0f} % would name it"
+            gone, takes = _percent(before.explained(after)), "take" if len(trace.refuted) > 1 else "takes"
+            left = _times(np.sqrt(after.chi2))
+            return f"; {names}{ends} {takes} away {gone} of it and leave{takes[4:]} {left} times the noise ({least})"
         return f"; {names}{ends} would explain the train records, but the held-out records do not bear it out"
     best = ranking(trace)
     if not best:

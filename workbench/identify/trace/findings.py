@@ -76,7 +76,8 @@ class Trace:
 
     `named` is the fit with them, `final` that with what was `learned` of their shape, or of an unknown, on top.
     `heldout` are the errors of `base`, `named` and `final` on the held-out records. `refuted` are effects that
-    explained what was selected by, but not the held-out records: nothing is named. `evidence`: gain in log-likelihood
+    explained what was selected by, but not the held-out records, of which they left `refuted_errors`: nothing is named.
+    `evidence`: gain in log-likelihood
     of a disturbance in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test
     by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what the named effects leave of the held-out
     records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one. Not
@@ -96,6 +97,7 @@ class Trace:
     parity_residuals: Mapping[str, float]
     passes: tuple[Pass, ...]
     refuted: tuple[CandidateFit, ...] = ()
+    refuted_errors: HeldoutErrors | None = None
     learned: tuple[LearnedShape, ...] = ()
     by_numbers: bool = False
     several: bool = False

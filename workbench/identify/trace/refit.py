@@ -75,6 +75,10 @@ class HeldoutErrors:
         """Squared errors over samples; infinite where a window failed."""
         return float(self.squares.sum()) / self.samples
 
+    def explained(self, after: "HeldoutErrors") -> float:
+        """The share of the misfit that is gone `after`."""
+        return decide.explained(float(self.squares.sum()), float(after.squares.sum()), self.samples)
+
 
 def fit_rig(
     problem: EstimationProblem,

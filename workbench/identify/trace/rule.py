@@ -19,6 +19,7 @@ CHANCE = 0.01  # that the best of all candidates gains as much from noise
 BIC = 10.0  # kappa
 NAMED = 0.8  # explained share of the misfit, or chi2 below
 CLOSED = 1.05
+FAR = 4.0  # chi2 that is left, twice the noise: from there on others mimic NAMED of a misfit, and PAIR is asked
 TIED = 0.01  # of the explained share
 NEIGHBOUR = 1.0  # of what a name leaves: a neighbour in its family ties that leaves no more than so much beyond it
 PARTIAL = 0.3  # explained share from which an effect may be one of two
@@ -73,8 +74,13 @@ def explained(before: float, after: float, samples: int) -> float:
 
 
 def confirmed(before: float, after: float, samples: int, deviation: float) -> bool:
-    """Whether held-out records bear out what was found: with it nothing is missing, or NAMED of the misfit goes."""
-    return not misfit(after / samples, deviation) or explained(before, after, samples) >= NAMED
+    """Whether held-out records bear out what was found: with it nothing is missing, or what is `asked` of it goes."""
+    return not misfit(after / samples, deviation) or explained(before, after, samples) >= asked(after / samples)
+
+
+def asked(chi2: float) -> float:
+    """The share of the misfit that names have to explain that leave chi2."""
+    return PAIR if chi2 > FAR else NAMED
 
 
 def worth_adding(fall: float, first: float, samples: int) -> bool:

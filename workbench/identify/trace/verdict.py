@@ -34,10 +34,12 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
     named = context.fit_all_windows("final", effects[-1].refitted) if effects else alone
     plain = context.heldout("named", named) if effects else before
     refuted: tuple[CandidateFit, ...] = ()
+    refuted_errors: HeldoutErrors | None = None
     nowhere = place is None or not context.is_significant(place)  # as far as the search could see
     shown = not nowhere or context.is_misfit(before)  # else the misfit may be a floor that is too low
     if effects and not (shown and (context.several or _confirmed(context, before, plain))):
-        effects, refuted, named, plain = (), effects, alone, before
+        refuted, refuted_errors = effects, plain
+        effects, named, plain = (), alone, before
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
         name = f"localise held-out-{len(search.passes)}" if search.passes else "localise held-out"
         place = context.location(name, alone, before)
@@ -66,6 +68,7 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
         parity_residuals=place.parity_residuals if place else {},
         passes=search.passes,
         refuted=refuted,
+        refuted_errors=refuted_errors,
         learned=learned,
         by_numbers=by_numbers,
         several=context.several,
