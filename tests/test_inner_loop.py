@@ -28,6 +28,7 @@ from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
 from workbench.identify.trace.told import ToldEffects, told_effects
 from workbench.linear import equilibrium, linearise
+from workbench.linear.equilibria import equilibria, moved
 from workbench.link.client import LinkClient
 from workbench.link.wire_loop import stands
 from workbench.loop.drive_simulation import drive, play
@@ -54,6 +55,20 @@ def rig(tmp_path_factory) -> Rig:
     for name, text in closed_loop_files(LABEL, "press").items():
         (folder / name).write_text(text)
     return load_rig(folder / "rig.toml")
+
+
+@pytest.mark.parametrize("position", [-0.068, 0.02, 0.068])
+def test_the_loop_holds_any_place_by_what_it_is_asked(rig, position):
+    """The valve's command saturates a few millimetres away from it, from where no slope leads back."""
+    plant = build(rig)
+    rest = equilibrium(plant, position=position)
+    lanes = equilibria(plant, plant.p[None], np.array([position]))
+    assert rig.inner is not None
+    for u in (rest.u, lanes.u[0]):
+        assert u[0] * rig.inner.full_command == pytest.approx(position, abs=1e-4)
+    there = moved(plant, plant.p[None], lanes, 0.0)
+    assert there.ok.all()
+    assert abs(there.u[0, 0]) < 1e-2
 
 
 def test_a_closed_loop_answers_with_its_speed_gain_and_follows(rig):

@@ -1,5 +1,6 @@
 """Margins of every caller against a dense grid: random designs, random plants, and where poles or 0 Hz decide."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,10 +18,12 @@ from workbench.linear import Equilibrium
 from workbench.linear.sampling import sampled_plant
 from workbench.linear.state_space import sampled_response
 from workbench.loop.envelope import envelope
+from workbench.loop.plant_lanes import plant_lanes
 from workbench.loop.robustness.linear_loops import linear_loops as loops_at, places
 from workbench.loop.robustness.workers import plants_by_block
 from workbench.loop.rows import LoopSetup, judge, linear_loops
 from workbench.loop.sampled_lanes import sampled_lane
+from workbench.plant.effects.declared import effect_use, effects_for
 
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 PERIOD, RIG = 1e-3, wb.load_rig("jack-10t")
@@ -211,3 +214,17 @@ def test_where_a_loop_is_infinite_its_sensitivity_is_zero():
     same_loop(expected_at(setup.engine.plant, setup.null_smooth, loop.controller.build(PERIOD), None), margins.null)
     f, sensitivity = margins.null.f, np.abs(margins.null.sensitivity)
     assert sensitivity[np.abs(f - 32 / (2 * np.pi)).argmin()] < 1e-3
+
+
+def test_a_play_in_the_pilot_changes_no_margin_at_null():
+    """Its state is coupled to others in no more than a chain: modes that no basis parts."""
+    (effect,) = (each for each in effects_for(RIG) if (each.name, each.formula) == ("pilot.hysteresis", "play"))
+    stuck = replace(RIG, effects=(effect_use(effect, {}, "a test"),))
+    law = P(gain="0.24 1/m").build(PERIOD)
+    found = []
+    for rig in (RIG, stuck):
+        engine = wb.Engine(wb.build(rig))
+        found.append(plant_lanes(rig, engine, ["own"], engine.plant.p[None], np.zeros(1)).margins(law)[0])
+    plain, played = found
+    assert played.ms == pytest.approx(plain.ms, rel=1e-6)
+    assert played.gain_margin_db == pytest.approx(plain.gain_margin_db, abs=1e-4)

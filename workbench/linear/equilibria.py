@@ -41,7 +41,7 @@ def equilibria(
     w = np.tile(np.append(nominal.x, nominal.u), (len(p), 1))
     columns, balanced = unknowns(plant, command)
     if len(balanced) < plant.n:  # a jack
-        w[:, plant.state("x")] = position
+        _place(plant, w, position)
     _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, columns, balanced)
 
@@ -54,9 +54,16 @@ def moved(
     Newton steps start at `points`: few, for the position changes little but the chambers' volumes.
     """
     w = np.append(points.x, points.u, axis=1)
-    w[:, plant.state("x")] = position
+    _place(plant, w, position)
     _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, *unknowns(plant, None))
+
+
+def _place(plant: Plant, w: np.ndarray, position: np.ndarray | float) -> None:
+    """Write a position [m] into w = [x, u] [lanes, n + m], with what holds it there."""
+    x = plant.state("x")
+    w[:, plant.n] += plant.command_at(position) - plant.command_at(w[:, x])
+    w[:, x] = position
 
 
 def _set_inputs(plant: Plant, w: np.ndarray, inputs: Mapping[str, np.ndarray | float]) -> None:

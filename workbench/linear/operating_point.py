@@ -86,6 +86,7 @@ def equilibrium(
     if jack:
         base[plant.state("x")] = position
     if plant.n in columns:
+        base[plant.n] = plant.command_at(position)
         base[plant.state("v")] = speed or 0.0
     solve = Balance(plant, p, base, columns, balanced)
     if any(state.parted for state in plant.states):

@@ -64,7 +64,8 @@ class LaneResponse:
         return prompt * z[:, None] ** -self.late if self.late.any() else prompt
 
     def _states(self, upper: np.ndarray, apart: np.ndarray) -> np.ndarray:
-        x = np.empty((max(len(apart), len(self.entering)), apart.shape[1], apart.shape[2]), complex)
+        lanes = np.broadcast_shapes((len(apart),), (len(self.entering),), (len(upper),))
+        x = np.empty((*lanes, apart.shape[1], apart.shape[2]), complex)
         for i in reversed(range(x.shape[1])):
             known = (upper[:, i, None, i + 1 :] @ x[:, i + 1 :])[:, 0]
             x[:, i] = (self.entering[:, i, None] + known) / apart[:, i]

@@ -47,6 +47,7 @@ class Plant:
     engine.DelayLine; where it is `interpolated`, the plant holds the mean of the commands that arrive in a period (a
     linear view takes that as a shift, too). `computing` is a parameter that adds to the delay. `bends` are sums of
     parameters, each over its typical value, that are 0 where a static curve of several of them is straight.
+    `asked` is the position [m] that an inner loop is asked for at command 1; 0 where there is no such loop.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Plant:
     interpolated: bool = False
     computing: str | None = None
     bends: tuple[Mapping[str, float], ...] = ()
+    asked: float = 0.0
 
     @property
     def n(self) -> int:
@@ -95,6 +97,12 @@ class Plant:
     def start(self) -> np.ndarray:
         """A plausible state to begin a search for equilibrium from, shape [n]."""
         return self.following(np.array([s.start for s in self.states]))
+
+    def command_at(self, position: Any) -> Any:
+        """The command by which an inner loop holds a position [m] from mid stroke; 0 without such a loop."""
+        if not self.asked:
+            return 0.0 * position
+        return (position + self.p[self.parameters.index("xmid")]) / self.asked
 
     def following(self, x: np.ndarray) -> np.ndarray:
         """A state [..., n] with those that follow others where these are."""
@@ -202,6 +210,7 @@ class Assembly:
         self._dry: list[str] = []
         self._delay: str | None = None
         self._interpolated = False
+        self.asked = 0.0
         self._effects = effects
         self._shifts: dict[str, list[str]] = {}
         self._acting: set[str] = set()
@@ -363,6 +372,7 @@ class Assembly:
             interpolated=self._interpolated,
             computing=delays[1] if len(delays) > 1 else None,
             bends=tuple(bend for effect, _ in self._effects for bend in _bends(effect)),
+            asked=self.asked,
         )
 
 

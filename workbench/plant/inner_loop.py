@@ -23,6 +23,8 @@ def valve_command(
     `controlled` is the position [m] with its `rate` [m/s], or the force [N]; `load_pressure` is pa - pb [Pa].
     """
     reference = command * loop.full_command
+    if loop.controls == POSITION:
+        b.asked = loop.full_command
     error = reference - controlled
     asked = b[GAIN] * error
     if "loop_integral_time" in b:
