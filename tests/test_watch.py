@@ -13,7 +13,7 @@ from workbench.commands.watch.options import alarms_a_year
 from workbench.identify.watch.changes import all_told, first_told
 from workbench.identify.watch.healthy_rate import healthy_rate
 from workbench.identify.watch.history import FEWEST, history
-from workbench.identify.watch.naming import Explained, name_of, suspects
+from workbench.identify.watch.naming import BESIDE, SECOND, Explained, name_of, pair_of, seems_two, suspects
 from workbench.identify.watch.session_evidence import HELD, OF_ZERO, Axis, SessionEvidence, from_json
 from workbench.identify.watch.smoothed import smoothed
 from workbench.records.dated_sessions import dated_sessions
@@ -267,6 +267,38 @@ def test_every_session_counts_alike_in_a_name():
         "oil.air": [says(1400, 1350), says(100_000, 6000)],
     }
     assert name_of(1.0, new).axis == "jack.friction"
+
+
+LEAK_AND_LANDS = {"Cl": says(9000, 4000), "K3": says(9000, 5000), "Kp": says(9000, 4500)}
+LEAST = dict.fromkeys(LEAK_AND_LANDS, SECOND)
+
+
+def test_two_wears_are_told_where_each_takes_what_the_other_leaves():
+    pairs = {("Cl", "K3"): says(9000, 1020), ("Cl", "Kp"): says(9000, 3900), ("K3", "Kp"): says(9000, 4200)}
+    assert seems_two(1.0, LEAK_AND_LANDS["Cl"], SECOND)
+    both = pair_of(1.0, LEAK_AND_LANDS, pairs, LEAST)
+    assert (both.axis, both.among) == ("Cl", ("K3",))
+    assert both.share == pytest.approx(0.9975)
+    alike = pair_of(1.0, LEAK_AND_LANDS, {**pairs, ("Cl", "Kp"): says(9000, 1010)}, LEAST)
+    assert (alike.axis, alike.among) == ("Cl", ("Kp", "K3"))
+
+
+def test_beside_a_number_little_that_is_left_is_a_second_wear_and_beside_an_effect_it_may_be_its_formula():
+    one = {**LEAK_AND_LANDS, "Cl": says(9000, 1400)}
+    pairs = {("Cl", "K3"): says(9000, 1020)}
+    assert not seems_two(1.0, one["Cl"], SECOND)
+    assert pair_of(1.0, one, pairs, LEAST) is None
+    number = {**LEAST, "Cl": BESIDE}
+    assert seems_two(1.0, one["Cl"], BESIDE)
+    assert pair_of(1.0, one, pairs, number).among == ("K3",)
+    assert pair_of(1.0, one, {("Cl", "K3"): says(9000, 1220)}, number) is None
+
+
+def test_no_second_wear_is_told_where_a_pair_leaves_much_or_others_do_as_well():
+    assert not seems_two(1.0, says(1040, 1025), SECOND)
+    assert pair_of(1.0, LEAK_AND_LANDS, {("Cl", "K3"): says(9000, 1500)}, LEAST) is None
+    rivals = {("Cl", "K3"): says(9000, 1020), ("K3", "Kp"): says(9000, 1015)}
+    assert pair_of(1.0, {**LEAK_AND_LANDS, "K3": says(9000, 8000)}, rivals, LEAST) is None
 
 
 @pytest.mark.parametrize(

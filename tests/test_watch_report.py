@@ -18,6 +18,7 @@ from workbench.rigs.rig_file import load_rig
 RIG = load_rig("jack-10t")
 COUNT, BEGINS = 14, 9
 B, PS = (RIG.numbers[name].value for name in ("b", "Ps"))
+LANDS, FRICTION, BOTH = ("main.deadband",), ("jack.friction",), ("jack.friction", "main.deadband")
 AXES = (
     Axis("b", "N s/m", 0.45 * B, B, 1 / 3, number=True),
     Axis("Ps", "Pa", 0.03 * PS, PS, 1 / 3, number=True),
@@ -35,12 +36,28 @@ def evidence(session: int) -> SessionEvidence:
     return SessionEvidence(AXES, np.zeros(4), matrix, gradient, 1000, 1.0 + 5.0 * move[3], {"pa": 1.0})
 
 
-def explained(self: SessionReader, campaign, axes, what) -> dict[str, Explained]:
+def explained(self: SessionReader, campaign, suspects, what) -> dict[tuple[str, ...], dict[str, Explained]]:
     """Lands explain what is new, friction half of it."""
-    grown = 0.05 * max(int(campaign.train[0].signals["position"][0]) - BEGINS + 1, 0)
-    before, numbers = 1000 + 1e6 * grown, {"b": B, "Ps": PS}
-    after = {"main.deadband": 1000 + 3e4 * grown, "jack.friction": 1000 + 5e5 * grown}
-    return {axis: Explained(before, after.get(axis, before - 1), 1000, grown, 0.01, numbers) for axis in axes}
+    return told_by(campaign, suspects, lambda grown: {LANDS: 3e4 * grown, FRICTION: 5e5 * grown})
+
+
+def of_two(self: SessionReader, campaign, suspects, what) -> dict[tuple[str, ...], dict[str, Explained]]:
+    """Lands and friction wear, friction two sessions later: each alone leaves much of what is new."""
+    return told_by(campaign, suspects, lambda grown: {LANDS: 3e5 * grown, FRICTION: 5e5 * grown, BOTH: 1e3 * grown})
+
+
+def told_by(campaign, suspects, leaves) -> dict[tuple[str, ...], dict[str, Explained]]:
+    at = int(campaign.train[0].signals["position"][0])
+    grown, later = (0.05 * max(at - begins + 1, 0) for begins in (BEGINS, BEGINS + 2))
+    before, numbers = 1e6 * grown, {"b": B, "Ps": PS}
+    found = {}
+    for axes in suspects:
+        after = leaves(grown).get(axes, before - 1)
+        size = {"jack.friction": later if axes == BOTH else grown}
+        found[axes] = {
+            axis: Explained(1000 + before, 1000 + after, 1000, size.get(axis, grown), 0.001, numbers) for axis in axes
+        }
+    return found
 
 
 @pytest.fixture
@@ -84,6 +101,20 @@ def test_an_alarm_is_told_named_dated_and_shown_and_cron_hears_of_it(months, tmp
     assert "main.deadband" in page
     assert "report_fault" not in (out / "metrics.json").read_text()
     assert "main.deadband" in capsys.readouterr().out
+
+
+def test_two_wears_at_once_are_two_alarms_each_since_its_own_day(months, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(SessionReader, "explained", of_two)
+    out = tmp_path / "out"
+    assert main(["watch", str(months), "--out", str(out), "--controller", "p-dp"]) == 0
+    lands, friction = json.loads((out / "watch.json").read_text())["alarms"]
+    assert (lands["effect"], lands["among"]) == ("main.deadband", ["main.deadband"])
+    assert (friction["effect"], friction["among"]) == ("jack.friction", ["jack.friction"])
+    since = [int(each["since"][-2:]) for each in (lands, friction)]
+    assert since[1] - since[0] == 2
+    assert all(each["told"] >= each["since"] for each in (lands, friction))
+    said = capsys.readouterr().out
+    assert said.index("main.deadband drifts by") < said.index("jack.friction drifts by")
 
 
 def test_an_alarm_whose_cause_was_mended_is_told_as_past_and_rings_no_bell(months, tmp_path, monkeypatch, capsys):

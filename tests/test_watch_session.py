@@ -68,7 +68,7 @@ def test_the_scale_of_a_sensor_and_the_gain_of_the_drive_are_found(whole, name):
         less = 1 / 1.04 - 1  # of the log: the drive gets more than that; a sensor shows more than it should
         return replace(own, train=with_signal(own.train, signal, less, 0.0))
 
-    said = explainer(worn, replace(RIG, numbers=held), ())(name)
+    said = explainer(worn, replace(RIG, numbers=held), ())((name,))[name]
     assert said.value == pytest.approx(0.04, abs=0.004)
     assert said.after < 0.2 * said.before
 

@@ -8,8 +8,8 @@ import pytest
 from experiments.studies import kept
 from experiments.studies.watch.courses import coverage
 from experiments.studies.watch.made_rig import SUPPLY, WEARS, MadeRig, drawn_rigs, worn
-from experiments.studies.watch.page import page
-from experiments.studies.watch.study import _is_right, summary
+from experiments.studies.watch.page import names, page
+from experiments.studies.watch.study import _is_right, _is_wrong, summary
 from workbench.identify.watch.healthy_rate import poisson_rate
 from workbench.identify.watch.history import FEWEST
 from workbench.plant.effects import known_effects
@@ -49,7 +49,7 @@ def test_unsteady_rigs_differ_in_their_supply_and_in_who_writes_down_the_oil():
 
 def test_a_number_wears_to_so_many_times_what_it_was():
     leak = next(wear for wear in WEARS if wear.name == "Cl")
-    numbers, mix = worn(MadeRig(1, leak), {"Cl": 2e-12, "b": 500.0}, 1.0)
+    numbers, mix = worn(MadeRig(1, leak), {"Cl": 2e-12, "b": 500.0}, 29)
     assert numbers == pytest.approx({"Cl": leak.most * 2e-12, "b": 500.0})
     assert mix == {}
 
@@ -57,9 +57,24 @@ def test_a_number_wears_to_so_many_times_what_it_was():
 def test_of_what_the_library_has_no_name_for_the_right_answer_is_unknown():
     assert not any(wear.is_unnamed for wear in WEARS)
     rig = next(rig for rig in drawn_rigs(17, 7, 14, unsteady=True) if rig.wear and rig.wear.is_unnamed)
-    assert _is_right(rig, {"effect": None, "among": ["Kp"]})
-    assert not _is_right(rig, {"effect": "Kp", "among": ["Kp"]})
-    assert not _is_right(MadeRig(1, None), {"effect": None, "among": []})
+    unknown, other = {"effect": None, "among": ["Kp"]}, {"effect": "Kp", "among": ["Kp"]}
+    assert _is_right(rig, [unknown])
+    assert not _is_right(rig, [other])
+    assert [_is_wrong(rig, each) for each in (unknown, other)] == [False, True]
+    assert not _is_right(MadeRig(1, None), [unknown])
+
+
+def test_of_two_wears_both_have_to_be_told():
+    rig = next(each for each in drawn_rigs(12, 7, 20, two=True) if each.wear)
+    names = [wear.name for wear in rig.wears]
+    assert len(set(names)) == 2
+    first, second = ({"effect": name, "among": [name]} for name in names)
+    either = {"effect": names[0], "among": names}
+    assert _is_right(rig, [first, second])
+    assert not _is_right(rig, [first])
+    assert not _is_wrong(rig, first)
+    assert not _is_right(rig, [either])
+    assert _is_right(rig, [second, either])
 
 
 def test_eighty_percent_intervals_of_forecasts_hold_the_day_seven_to_nine_times_in_ten():
@@ -84,7 +99,7 @@ def test_the_table_of_made_rigs_is_that_of_those_that_were_watched():
     for cells, row in zip(lines, rows, strict=True):
         numbers = [_cell(row[key], digits) for key, digits in (("share", 2), ("lost_db", 2), ("hurt", 0))]
         shown = [row["id"], row["noise"], _cell(row["begins"], 0), _cell(row["told"], 0)]
-        shown += [" or ".join(row["among"]) or "-", *numbers]
+        shown += [names(row["alarms"]) or "-", *numbers]
         assert cells == [*shown, f"{row['cpu_s']:.0f}"]
     told = summary(rows)
     for name in ("worn", "told", "told_too_soon", "right", "before_hurt", "healthy", "false_alarms"):
@@ -97,7 +112,7 @@ def test_the_table_of_mended_rigs_is_that_of_those_that_were_watched():
     rows = WATCHED["mended"]
     assert lines == [
         [row["id"], row["noise"], *(_cell(row[key], 0) for key in ("begins", "told", "mended", "gone")),
-         " or ".join(row["among"]) or "-"]
+         names(row["alarms"])]
         for row in rows
     ]  # fmt: skip
     assert rows

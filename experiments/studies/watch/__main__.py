@@ -29,6 +29,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="supplies wander by up to 2 %%, half of the rigs have no oil temperature, and one wear has no name",
     )
+    parser.add_argument("--two", action="store_true", help="two wears on every worn rig, each from its own session on")
     parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
     works(parser)
     computes(parser, _watch_study, rig=False)
@@ -44,7 +45,7 @@ def _watch_study(options: argparse.Namespace, words: list[str]) -> None:
     from .made_rig import drawn_rigs
     from .study import run_watch_study
 
-    drawn = options.first + options.number, options.seed, options.sessions, options.mend, options.unsteady
+    drawn = options.first + options.number, options.seed, options.sessions, options.mend, options.unsteady, options.two
     rigs = drawn_rigs(*drawn)[options.first :]
     loop = loop_of(experiment("position_tuned"), "p-dp")
     identity = {"command": "watch-study", "rigs": [str(rig) for rig in rigs], "years": options.years}

@@ -73,7 +73,7 @@ UNNAMED = Wear("detent of the main spool", "", 30.0)
 class MadeRig:
     """A rig of the study: its seed, what wears (none: healthy), how it grows, from which session on, its noise, the
     session before which it is `mended`, whether a remark tells of that, how far its supply wanders from session to
-    session, of the pressure, and whether somebody writes down the oil's temperature."""
+    session, of the pressure, whether somebody writes down the oil's temperature, and what wears `beside`."""
 
     seed: int
     wear: Wear | None
@@ -85,11 +85,22 @@ class MadeRig:
     said: bool = False
     supply: float = SUPPLY[0]
     thermometer: bool = True
+    beside: "MadeRig | None" = None
 
     @property
     def id(self) -> str:
         """The name of its folder."""
-        return f"{self.wear.name if self.wear else 'healthy'}-{self.growth}-{self.seed}"
+        return f"{'+'.join(each.name for each in self.wears) or 'healthy'}-{self.growth}-{self.seed}"
+
+    @property
+    def wears(self) -> list[Wear]:
+        """All that wears."""
+        return [part.wear for part in self.parts if part.wear]
+
+    @property
+    def parts(self) -> list["MadeRig"]:
+        """The rig with each of its wears alone."""
+        return [self, *([self.beside] if self.beside else [])]
 
     def share(self, session: int) -> float:
         """How far the wear has grown in a session, 0 to 1."""
@@ -99,11 +110,13 @@ class MadeRig:
         return {"slow": grown, "jump": 0.5, "steps": np.ceil(3 * grown) / 3}[self.growth]
 
 
-def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False, unsteady: bool = False) -> list[MadeRig]:
+def drawn_rigs(
+    number: int, seed: int, sessions: int, mend: bool = False, unsteady: bool = False, two: bool = False
+) -> list[MadeRig]:
     """A third of them healthy; the others have each wear in turn, slowly, suddenly and in steps in turn, and are
     mended, if they are, after two thirds of that, every second one with a remark. The noise of every second rig is
     coloured. `unsteady`: supplies wander by 0.3 to 2 %, nobody writes down the oil's temperature of every second pair,
-    and one wear has no name."""
+    and one wear has no name. `two`: another wear begins at another time, and grows in another way."""
     rigs, growths = [], get_args(Growth)
     wears = (*WEARS, UNNAMED) if unsteady else WEARS
     for k in range(number):
@@ -118,6 +131,10 @@ def drawn_rigs(number: int, seed: int, sessions: int, mend: bool = False, unstea
         if unsteady:
             supply = float(np.exp(random.uniform(*np.log(SUPPLY))))
             rig = replace(rig, supply=supply, thermometer=k // 2 % 2 == 0)
+        if two and wear:
+            other, way = wears[(worn + 3 + worn // len(wears)) % len(wears)], growths[(worn + 1) % 3]
+            later = FEWEST + int(random.integers(1, max(2, sessions - FEWEST - 2)))
+            rig = replace(rig, beside=replace(rig, wear=other, growth=way, begins=later))
         rigs.append(rig)
     return rigs
 
@@ -131,7 +148,7 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         warmer = SEASON * np.sin(2 * np.pi * WEEK * session / 365.25) + DAILY * random.standard_normal()
         numbers = {name: value * (1 + PER_KELVIN.get(name, 0.0) * warmer) for name, value in scene.true.items()}
         numbers["Ps"] *= 1 + rig.supply * random.standard_normal()
-        numbers, mix = worn(rig, numbers, rig.share(session))
+        numbers, mix = worn(rig, numbers, session)
         louder = float(np.exp(NOISIER * random.standard_normal()))
         plan = CampaignPlan(rig.seed * 1000 + session, "single", noise=rig.noise)
         extra = {"session": {"date": day.isoformat()}}
@@ -140,23 +157,27 @@ def write_sessions(rig: MadeRig, scene: Scene, folder: Path) -> list[Mapping[str
         if session == rig.mended and rig.said:
             extra["session"]["remark"] = "repaired"
         written_records(plan, scene, numbers, mix, louder, folder / day.isoformat(), extra)
-        if rig.wear and rig.wear.sensor:
-            _rescale(folder / day.isoformat(), rig.wear.sensor, 1 + rig.share(session) * rig.wear.most)
+        for part in rig.parts:
+            if part.wear and part.wear.sensor:
+                _rescale(folder / day.isoformat(), part.wear.sensor, 1 + part.share(session) * part.wear.most)
         truths.append(numbers)
     return truths
 
 
-def worn(rig: MadeRig, numbers: Mapping[str, float], share: float) -> tuple[dict[str, float], Mix]:
-    """The rig's numbers, and its effects with theirs, once so much of the wear is there."""
-    wear = rig.wear
-    if wear is None or share == 0.0 or wear.sensor:
-        return dict(numbers), {}
-    cause = wear.cause
-    if cause is None:
-        return {**numbers, wear.name: numbers[wear.name] * (1 + share * (wear.most - 1))}, {}
-    strong = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
-              for n in cause.effect.numbers}  # fmt: skip
-    return dict(numbers), {cause: strong}
+def worn(rig: MadeRig, numbers: Mapping[str, float], session: int) -> tuple[dict[str, float], Mix]:
+    """The rig's numbers, and its effects with theirs, as far as it has worn in a session."""
+    own, mix = dict(numbers), Mix()
+    for part in rig.parts:
+        wear, share = part.wear, part.share(session)
+        if wear is None or share == 0.0 or wear.sensor:
+            continue
+        cause = wear.cause
+        if cause is None:
+            own[wear.name] *= 1 + share * (wear.most - 1)
+        else:
+            mix[cause] = {n.name: n.typical if n.off is None else n.off + share * wear.most * (n.typical - n.off)
+                          for n in cause.effect.numbers}  # fmt: skip
+    return own, mix
 
 
 def _rescale(folder: Path, sensor: str, factor: float) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
+from itertools import permutations
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -29,8 +30,8 @@ from ..trace.campaigns.draw import CampaignPlan, drawn_scene
 from ..trace.campaigns.scene import Scene
 from .courses import coverage
 from .healthy import drawn_year, false_alarms, resampled_year
-from .made_rig import FIRST_DAY, WEEK, MadeRig, worn, write_sessions
-from .page import page
+from .made_rig import FIRST_DAY, WEEK, MadeRig, Wear, worn, write_sessions
+from .page import names, page
 
 A_YEAR = 0.5
 RIG = "jack-10t"
@@ -47,7 +48,7 @@ def run_watch_study(
     of drawn wears, by pace."""
 
     def done(row: Row) -> None:
-        progress(f"{row['id']}: told {row['told']}, {row['effect']} among {', '.join(row['among'])}")
+        progress(f"{row['id']}: told {row['told']}, {names(row['alarms'])}")
 
     with process_pool(jobs, partial(partial, watched, loop=loop, folder=run.dir / "rigs")) as work:
         rows = work({rig.id: rig for rig in rigs}, run.stage, done)
@@ -77,6 +78,7 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     return {
         "id": rig.id,
         "wear": name,
+        "beside": rig.beside.wear.name if rig.beside and rig.beside.wear else None,
         "growth": rig.growth if rig.wear else None,
         "noise": rig.noise,
         "supply": rig.supply,
@@ -86,9 +88,9 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
         "sessions": rig.sessions,
         "told": told,
         "gone": days.index(alarm["until"]) if alarm and alarm["until"] else None,
-        "effect": alarm["effect"] if alarm else None,
-        "among": alarm["among"] if alarm else [],
-        "right": alarm is not None and _is_right(rig, alarm),
+        "alarms": [{key: each[key] for key in ("effect", "among")} for each in found["alarms"]],
+        "right": alarm is not None and _is_right(rig, found["alarms"]),
+        "wrong": any(_is_wrong(rig, each) for each in found["alarms"]),
         "share": rig.share(told) if told is not None else None,
         "lost_db": None if told is None else lost[told],
         "hurt": next((t for t, each in enumerate(lost) if each is not None and each >= HURT), None),
@@ -99,19 +101,28 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     }
 
 
-def _is_right(rig: MadeRig, alarm: Row) -> bool:
-    """Whether a change has its name, alone or among others, or none where the library has none for it."""
-    if rig.wear is None:
-        return False
-    return alarm["effect"] is None if rig.wear.is_unnamed else rig.wear.name in alarm["among"]
+def _is_right(rig: MadeRig, alarms: Sequence[Row]) -> bool:
+    """Whether every wear has an alarm of its own, with its name alone or among others, or without one where the library
+    has none for it."""
+
+    def tells(alarm: Row, wear: Wear) -> bool:
+        return alarm["effect"] is None if wear.is_unnamed else bool(alarm["effect"]) and wear.name in alarm["among"]
+
+    each = permutations(alarms, len(rig.wears))
+    return bool(rig.wears) and any(all(map(tells, some, rig.wears)) for some in each)
+
+
+def _is_wrong(rig: MadeRig, alarm: Row) -> bool:
+    """Whether an alarm names what does not wear, and nothing that does."""
+    return alarm["effect"] is not None and not {wear.name for wear in rig.wears} & set(alarm["among"])
 
 
 def _lost(rig: MadeRig, loop: TunedLoop, truths: Sequence[Mapping[str, float]]) -> list[float | None]:
     """dB of gain margin that the loop has lost in each session since the one before the wear began; none is known of
     what the library has no effect for."""
-    if rig.wear and rig.wear.is_unnamed:
+    if any(wear.is_unnamed for wear in rig.wears):
         return [None] * len(truths)
-    found = [margins(loop, true_rig(rig, each, rig.share(t))).get("gain_margin_db") for t, each in enumerate(truths)]
+    found = [margins(loop, true_rig(rig, each, t)).get("gain_margin_db") for t, each in enumerate(truths)]
     before = found[max(rig.begins - 1, 0)]
     return [None if each is None or before is None else before - each for each in found]
 
@@ -119,24 +130,28 @@ def _lost(rig: MadeRig, loop: TunedLoop, truths: Sequence[Mapping[str, float]]) 
 def _true_day(rig: MadeRig, loop: TunedLoop, scene: Scene, row: Row) -> str | None:
     """The day on which the figure of a forecast passes its limit on the rig as it is made; None within two years."""
     for session in range(rig.sessions - 1, rig.sessions + _AHEAD):
-        share = rig.share(session)
-        value = margins(loop, true_rig(rig, worn(rig, scene.true, share)[0], share)).get(row["figure"])
+        value = margins(loop, true_rig(rig, worn(rig, scene.true, session)[0], session)).get(row["figure"])
         if value is None or (value - row["limit"]) * LIMITS[row["figure"]][1] >= 0:
             return str(FIRST_DAY + timedelta(days=WEEK * session))
     return None
 
 
-def true_rig(rig: MadeRig, numbers: Mapping[str, float], share: float) -> Rig:
-    """The rig as it is made, by numbers that are worn already."""
+def true_rig(rig: MadeRig, numbers: Mapping[str, float], session: int) -> Rig:
+    """The rig as it is made in a session, by numbers that are worn already."""
     base = load_rig(RIG)
     known = {
         n: replace(number, value=numbers[n], low=None, high=None) for n, number in base.numbers.items() if n in numbers
     }
-    if rig.wear is None or rig.wear.cause is None or share == 0:
-        return replace(base, numbers={**base.numbers, **known})
-    effect = next(effect for effect in known_effects() if effect.name == rig.wear.name)
-    strong = {n.name: n.off + share * rig.wear.most * (n.typical - n.off) for n in effect.numbers if n.off is not None}
-    return replace(base, numbers={**base.numbers, **known}, effects=(*base.effects, effect_use(effect, strong, "made")))
+    effects = []
+    for part in rig.parts:
+        share = part.share(session)
+        if part.wear is None or part.wear.cause is None or share == 0:
+            continue
+        effect = next(effect for effect in known_effects() if effect.name == part.wear.name)
+        off = {n.name: (n.off, n.typical) for n in effect.numbers if n.off is not None}
+        strong = {name: low + share * part.wear.most * (typical - low) for name, (low, typical) in off.items()}
+        effects.append(effect_use(effect, strong, "made"))
+    return replace(base, numbers={**base.numbers, **known}, effects=(*base.effects, *effects))
 
 
 def _drawn(rig: MadeRig, years: int, folder: Path) -> Row:
@@ -164,7 +179,7 @@ def summary(rows: Sequence[Row]) -> Row:
         "told": len(told),
         "told_too_soon": len(early),
         "right": sum(row["right"] for row in worn),
-        "first": sum(row["effect"] == row["wear"] for row in worn),
+        "wrong": sum(row["wrong"] for row in rows),
         "before_hurt": len(before),
         "healthy": len(well),
         "false_alarms": sum(row["told"] is not None for row in well),

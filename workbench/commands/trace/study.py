@@ -153,7 +153,7 @@ def trace_answer(
     """The answer of a campaign about effects of `library`; see trace_campaign."""
     with one_blas_thread():
         problem = traced_problem(campaign, rig)
-        result = trace(problem, library, stage, progress, several, jobs, files, learns, suspects, over)
+        result = trace(problem, library, stage, progress, several, jobs, files, learns, suspects, over, without)
         answer, both = trace_json(result), compared(result)
     rig_found = fitted_rig(result.problem, result.final, files)
     texts = {"trace.json": metrics_json(answer), "rig.toml": rig_text(rig_found)}
@@ -177,7 +177,8 @@ def traced(folder: Path, removed: tuple[str, ...] = (), several: bool = False, l
     campaign, rig = load_driven(folder)
     with one_blas_thread():
         library = effects_for(rig, without=removed)
-        result = trace(traced_problem(campaign, rig), library, no_checkpoint, lambda _: None, several, learns=learns)
+        own = traced_problem(campaign, rig), library, no_checkpoint, lambda _: None, several
+        result = trace(*own, learns=learns, without=removed)
         whole = trace_json(result) | more_json(result)
     return json.loads(metrics_json(whole))
 

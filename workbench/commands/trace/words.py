@@ -135,6 +135,9 @@ def _strange(effect: Effect, trace: Trace) -> str:
 
 def _of_the_logger(trace: Trace) -> str:
     """The effects that are not sought, for those named explain nearly all that they do, and what tells them apart."""
+    tell = " Loop the command back into the logger, or declare the logger's setting and trace again."
+    if any(fit.candidate.effect.alike for fit in trace.effects):
+        return f" A part of the delay may be the command's own, which records of a plant cannot tell.{tell}"
     kin = {fit.candidate.effect.kin for fit in trace.effects}
     declared = {use.name for use in trace.problem.rig.effects}
     alike = dict.fromkeys(e.name for e in known_effects() if e.alike in kin and e.name not in declared)
@@ -142,8 +145,8 @@ def _of_the_logger(trace: Trace) -> str:
         return ""
     said = listed([f"{ALL_EFFECTS[name]} ({name})" for name in alike], "or")
     return (
-        f" It may as well be that {said}, which looks much like a late command and is not sought. Loop the command "
-        "back into the logger, or declare the logger's setting and trace again."
+        f" It may as well be that {said}, which looks much like a late command and is sought only where that leaves "
+        f"a misfit.{tell}"
     )
 
 

@@ -81,7 +81,7 @@ def run_watch(
     with one_blas_thread():
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
         progress(f"what changes over {counted(len(sessions), 'session')}")
-        told = [_named(reader, sessions, evidence, known, each) for each in all_told(known, a_year)]
+        told = [one for each in all_told(known, a_year) for one in _named(reader, sessions, evidence, known, each)]
         lasting = next((each for each in told if each.change.end is None), None)
         moves, deviations = _course(known, [each.change for each in told])
         usual = _usual(known, moves, [each.change for each in told])
@@ -155,11 +155,11 @@ def _named(
     evidence: Sequence[SessionEvidence],
     known: History,
     telling: Telling,
-) -> NamedChange:
+) -> list[NamedChange]:
     left, change = telling.left, telling.change
     usual = float(np.median([evidence[t].chi2 for t in left[: max(change.earliest, 1)]]))
     own = [sessions[t] for t in left]
-    return named(reader, own, known.some(left), change, telling.told, usual).among(left)
+    return [each.among(left) for each in named(reader, own, known.some(left), change, telling.told, usual)]
 
 
 def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:

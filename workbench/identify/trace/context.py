@@ -23,6 +23,7 @@ class TraceContext:
     """A trace's problem and stages: a search takes the windows of `problem`, which are all or a part of `whole`.
 
     Numbers that are `suspects` are refitted whatever their score. `over`: whether the time for a search is over.
+    `without`: effects that are not to be named.
     """
 
     whole: EstimationProblem
@@ -35,6 +36,7 @@ class TraceContext:
     steps: TraceProgress
     suspects: tuple[str, ...] = ()
     over: Callable[[], bool] = endless
+    without: tuple[str, ...] = ()
 
     @property
     def timed(self) -> "TraceContext":
@@ -103,6 +105,7 @@ def trace_context(
     files: Sequence[str | Path] = (),
     suspects: Sequence[str] = (),
     over: Callable[[], bool] = endless,
+    without: Sequence[str] = (),
 ) -> Iterator[TraceContext]:
     """The context of a trace, with the windows that a search needs and `jobs` processes."""
     search = problem
@@ -112,6 +115,5 @@ def trace_context(
     able += number_effects(problem.rig) if several else ()
     with trace_workers(jobs, search, able, files) as workers:
         steps = TraceProgress(report_progress)
-        yield TraceContext(
-            problem, search, able, stage, report_progress, several, workers, steps, tuple(suspects), over
-        )
+        own = tuple(suspects), over, tuple(without)
+        yield TraceContext(problem, search, able, stage, report_progress, several, workers, steps, *own)

@@ -3,10 +3,13 @@
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ...base.checkpoint import OutOfTime
+from ...plant.effects.declared import effects_alike
+from ..fit.free_parameters import Candidate, at_strength
 from . import rule as decide
 from .batches import search_batches
 from .context import TraceContext
@@ -15,8 +18,8 @@ from .joint import refit_pairs, without_false_first
 from .localise import clear_evidence, likely_equations
 from .locate import FaultLocation
 from .problem import EstimationProblem
-from .refit import FittedModel, fit_rig, refit_without_last_effect
-from .refits import FITS, from_declared, run_pass
+from .refit import FittedModel, fit_rig, refit, refit_without_last_effect
+from .refits import FITS, from_declared, judge, run_pass
 from .several import best_of_several
 from .told import ToldEffects
 
@@ -95,7 +98,10 @@ class _Search:
                 elif this_pass.accepted and self._adds(base, effects, this_pass):
                     first = this_pass.accepted[0]
                     again = not effects and not context.several and context.is_misfit(first.refitted)
-                    effects = (*effects, self._from_declared(first, model_fit) if again else first)
+                    effects = (
+                        *effects,
+                        self._or_alike(self._from_declared(first, model_fit), base) if again else first,
+                    )
                 elif context.several and (part := best_of_several(context.problem, model_fit, this_pass.tried)):
                     effects = (*effects, self._from_declared(part, model_fit))
                 elif not effects and (pair := self._pair(this_pass, base)):
@@ -147,6 +153,23 @@ class _Search:
             name = f"again-{len(self._passes)}-{part.candidate.effect.name}"
             return from_declared(self._context, name, part, before, before)
         return part
+
+    def _or_alike(self, first: CandidateFit, base: FittedModel) -> CandidateFit:
+        """The first name, or an effect that is not sought since that one's family looks much like it, where it leaves
+        no more than a neighbour that is excluded would have to: the names tie, for both may be there."""
+        context, found = self._context, [first]
+        left, name = 1 - first.judgement.explained, first.candidate.effect.name
+        if not context.is_misfit(first.refitted):
+            return first
+        with self._in_time():
+            for effect in effects_alike(context.problem.rig, first.judgement.kin, context.without):
+                candidate = Candidate(effect, at_strength(effect, 1.0))
+                model_fit = context.fit(f"alike-{effect.title}", partial(refit, context.problem, base, candidate))
+                judged = judge(context, effect, base, base, model_fit)
+                if judged.passes and left > (1 + decide.NEIGHBOUR) * (1 - judged.explained):
+                    tied = tuple(dict.fromkeys((name, *first.tied)))
+                    found.append(CandidateFit(candidate, first.score, judged, model_fit, tied=tied))
+        return min(found, key=lambda each: each.refitted.squares)
 
     def _adds(self, base: FittedModel, effects: tuple[CandidateFit, ...], this_pass: Pass) -> bool:
         """Whether the effect that a pass accepted goes to those before: it has to matter, but for a second one, which

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import InputError
-from ...plant.effects import Effect, refine_at
+from ...plant.effects import Effect, known_effects, refine_at
 from ...plant.effects.grammar import LEARNED
 from ...plant.effects.learned_pieces import find_learned
 from ..fit.free_parameters import Candidate
@@ -61,7 +61,7 @@ def unpacked_candidate(
     """
     name, formula = stored["name"], stored["formula"]
     plain, *refinements = (words.strip() for words in formula.split(";"))
-    for effect in library:
+    for effect in (*library, *(known for known in known_effects() if known.alike)):
         if (effect.name, effect.formula) in ((name, formula), (name, plain)):
             words = refinements if effect.formula == plain else ()
             return Candidate(reduce(lambda e, said: refine_at(e, said, samples or {}), words, effect), stored["start"])

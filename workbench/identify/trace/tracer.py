@@ -26,6 +26,7 @@ def trace(
     learns: bool = True,
     suspects: Sequence[str] = (),
     over: Callable[[], bool] = endless,
+    without: Sequence[str] = (),
 ) -> Trace:
     """Trace the residual of a campaign to effects of `library` (those that the rig has room for).
 
@@ -36,8 +37,10 @@ def trace(
     are neither of the library nor named by the rig. `learns`: where names leave a misfit, what is left is learned.
     `suspects`: numbers of the rig whose ranges are so narrow that scores about their ends say little; each that goes to
     an end of its range is refitted, whatever its score. `over`: whether the time for a search is over, which then ends
-    with what it has found, judged all the same but not `finished`. Raises OutOfTime where not even the rig alone was
+    with what it has found, judged all the same but not `finished`. `without`: effects that are not to be named, though
+    a family of the library looks like them. Raises OutOfTime where not even the rig alone was
     fitted.
     """
-    with trace_context(problem, library, stage, report_progress, several, jobs, files, suspects, over) as context:
+    own = several, jobs, files, suspects, over, without
+    with trace_context(problem, library, stage, report_progress, *own) as context:
         return judge_search(context, search_effects(context), learns and not over())

@@ -17,8 +17,9 @@ from ...rigs.rig import Rig
 from ..fit.free_parameters import Candidate, at_strength
 from ..fit.model import Model
 from ..fit.solver import Fit
+from ..fit.windows import Windows
 from ..trace.problem import EstimationProblem
-from ..trace.refit import FittedModel, refit, with_selection
+from ..trace.refit import FittedModel, refit, refit_all_windows, with_selection
 from ..trace.score import NuisanceProjection
 from .changes import gains
 from .history import History, marginal, wander
@@ -29,6 +30,9 @@ LEAVES = 2.0  # times what the best suspect leaves of a change: who leaves no mo
 SURE = 30.0  # squared errors over sigma, that count as nothing left
 NAMED = 0.5  # of the change: a suspect that explains less is not its name
 MOST_NAMES = 4
+SECOND = 0.1  # of a change: what a second suspect has to take beside an effect, whose formula may be another one,
+BESIDE = 0.02  # and beside a number or a signal, which leave nothing
+BOTH = 0.95  # of a change: what two suspects have to explain, as the rule of a trace asks of a pair
 WEAR = 15.0  # a number may become so many times more or less
 _ROUNDS, _AGAIN = 10, 2
 _START = 0.3  # of an effect's typical strength
@@ -48,6 +52,10 @@ class Explained:
     value: float
     deviation: float
     numbers: Mapping[str, float]
+
+
+Suspects = tuple[str, ...]
+Explanations = dict[Suspects, dict[str, Explained]]  # what suspects, one or several together, make of a session
 
 
 def suspects(known: History, told: int, moves: np.ndarray) -> list[int]:
@@ -90,9 +98,9 @@ def _newest(known: History, moves: np.ndarray) -> np.ndarray:
     return gain
 
 
-def explainer(problem: Problem, rig: Rig, library: Sequence[Effect]) -> Callable[[str], Explained]:
-    """A function: suspect -> what it alone makes of one session, whose problem is made for a rig that is held to what
-    healthy ones do. The fit without a suspect is computed once, when it is first needed.
+def explainer(problem: Problem, rig: Rig, library: Sequence[Effect]) -> Callable[[Sequence[str]], dict[str, Explained]]:
+    """A function: suspects -> what they, together, make of one session, by the value of each. Its problem is made for a
+    rig that is held to what healthy ones do; the fit without a suspect is computed once, when it is first needed.
 
     The function raises InputError where no fit is near.
     """
@@ -103,20 +111,33 @@ def explainer(problem: Problem, rig: Rig, library: Sequence[Effect]) -> Callable
         own = problem(rig)
         return own, with_selection(own, own.model(), near_fit(own), ())
 
-    def explained(axis: str) -> Explained:
+    def explained(axes: Sequence[str]) -> dict[str, Explained]:
         own, was = without()
-        if axis in rig.numbers:
-            return _number(problem, rig, axis, was)
-        return _effect(own, was, formulas[axis]) if axis in formulas else _signal(own, was, axis)
+        worn = {axis: _worn(rig.numbers[axis]) for axis in axes if axis in rig.numbers}
+        effects = [formulas[axis] for axis in axes if axis in formulas]
+        signals = [axis for axis in axes if axis not in worn and axis not in formulas]
+        at, found, sizes = own, was, {}
+        if worn:
+            at = problem(replace(rig, numbers={**rig.numbers, **worn}))
+            fit = near_fit(at, _ROUNDS, _numbers(was.model, was.fit))
+            found = with_selection(at, at.model(), fit, ())
+        whole = at.train
+        if signals:
+            at, found, sizes = _with_signals(at, found, signals, whole, {})
+        for effect in effects:
+            found = refit(at, found, Candidate(effect, at_strength(effect, _START)))
+        if signals and effects:
+            at, found, sizes = _with_signals(at, found, signals, whole, sizes)
+        squares = float(was.fit.squares.sum()), float(found.fit.squares.sum())
+        numbers = _numbers(found.model, found.fit)
+        values = (
+            sizes
+            | {axis: (numbers[axis], _deviation(found.fit, axis)) for axis in worn}
+            | {effect.name: _strength(effect, numbers, found.fit) for effect in effects}
+        )
+        return {axis: Explained(*squares, found.fit.samples, *values[axis], numbers) for axis in axes}
 
     return explained
-
-
-def _number(problem: Problem, rig: Rig, name: str, was: FittedModel) -> Explained:
-    own = problem(replace(rig, numbers={**rig.numbers, name: _worn(rig.numbers[name])}))
-    fit = near_fit(own, _ROUNDS, _numbers(was.model, was.fit))
-    numbers = _numbers(own.model(), fit)
-    return _says(was, fit, name, numbers[name], 1.0, numbers)
 
 
 def _worn(number: Number) -> Number:
@@ -124,41 +145,50 @@ def _worn(number: Number) -> Number:
     return replace(number, low=ends[0], high=ends[1])
 
 
-def _effect(problem: EstimationProblem, was: FittedModel, effect: Effect) -> Explained:
-    found = refit(problem, was, Candidate(effect, at_strength(effect, _START)))
-    numbers = _numbers(found.model, found.fit)
+def _strength(effect: Effect, numbers: Mapping[str, float], fit: Fit) -> tuple[float, float]:
+    """An effect's strength, of its typical one, with the standard deviation."""
     strong = next(n for n in effect.fitted if n.off is not None)
     off = strong.off or 0.0
     reach, name = strong.typical - off, effect.key(strong.name)
-    return _says(was, found.fit, name, (numbers[name] - off) / reach, reach, numbers)
+    return (numbers[name] - off) / reach, _deviation(fit, name) / abs(reach)
 
 
 def _numbers(model: Model, fit: Fit) -> dict[str, float]:
     return dict(zip(model.parameters, fit.p.tolist(), strict=False))
 
 
-def _says(was: FittedModel, fit: Fit, name: str, value: float, reach: float, numbers: Mapping[str, float]) -> Explained:
+def _deviation(fit: Fit, name: str) -> float:
     low, high = fit.interval([each.name for each in fit.free].index(name))
-    squares = float(was.fit.squares.sum()), float(fit.squares.sum())
-    return Explained(*squares, was.fit.samples, value, max(high - low, 0.0) / 3.92 / abs(reach), numbers)
+    return max(high - low, 0.0) / 3.92
 
 
-def _signal(problem: EstimationProblem, was: FittedModel, name: str) -> Explained:
-    """The scale or zero of a sensor, or of the drive's input: by tangents, each from where the one before led."""
-    changes = command_changes if name.startswith(f"{COMMAND}.") else sensor_changes
-    model, at, fit, size, deviation = was.model, problem, was.fit, 0.0, 0.0
+def _with_signals(
+    at: EstimationProblem,
+    found: FittedModel,
+    names: Sequence[str],
+    whole: Windows,
+    sizes: Mapping[str, tuple[float, float]],
+) -> tuple[EstimationProblem, FittedModel, dict[str, tuple[float, float]]]:
+    """Scales or zeros of sensors, or of the drive's input, by tangents, each from where the one before led, with their
+    standard deviations; of the windows as a `whole` was recorded."""
+    size, deviation = np.array([sizes.get(name, (0.0, 0.0))[0] for name in names]), np.zeros(len(names))
     for _ in range(_AGAIN):
-        rest = NuisanceProjection(model, at.train, fit)
-        axis, change = next(each for each in changes(at, model, fit, rest.errors) if each[0].name == name)
-        column = rest(change)
-        information = max(float(column @ column), 1e-12)
-        size -= float(column @ rest(rest.errors)) / information * axis.scale
-        deviation = axis.scale * float(np.sqrt(problem.kappa / information))
-        moved = (size, 0.0) if name.endswith(".scale") else (0.0, size)
-        at = replace(problem, train=with_signal(problem.train, name.rpartition(".")[0], *moved))
-        fit = near_fit(at)
-    squares = float(was.fit.squares.sum()), float(fit.squares.sum())
-    return Explained(*squares, fit.samples, size, deviation, _numbers(model, fit))
+        rest = NuisanceProjection(found.model, at.train, found.fit)
+        kinds = {command_changes if name.startswith(f"{COMMAND}.") else sensor_changes for name in names}
+        changes = [each for kind in kinds for each in kind(at, found.model, found.fit, rest.errors)]
+        axes = [next(each for each in changes if each[0].name == name) for name in names]
+        columns = np.column_stack([rest(change) for _, change in axes])
+        scales = np.array([axis.scale for axis, _ in axes])
+        covariance = np.linalg.inv(columns.T @ columns + 1e-12 * np.eye(len(names)))
+        size = size - covariance @ columns.T @ rest(rest.errors) * scales
+        deviation = scales * np.sqrt(at.kappa * np.diag(covariance))
+        windows = whole
+        for name, own in zip(names, size.tolist(), strict=True):
+            moved = (own, 0.0) if name.endswith(".scale") else (0.0, own)
+            windows = with_signal(windows, name.rpartition(".")[0], *moved)
+        at = replace(at, train=windows)
+        found = refit_all_windows(at, found) if found.known else with_selection(at, found.model, near_fit(at), ())
+    return at, found, {name: (size[k], deviation[k]) for k, name in enumerate(names)}
 
 
 @dataclass(frozen=True)
@@ -190,6 +220,33 @@ def name_of(usual: float, new: Mapping[str, Sequence[Explained]]) -> Name:
                    key=lambda axis: left[axis])[:MOST_NAMES]  # fmt: skip
     nearest = tuple(among) or (best,)
     return Name(best if among else None, nearest, 1 - left[best])
+
+
+def seems_two(usual: float, one: Explained, least: float) -> bool:
+    """Whether the best suspect leaves so much of a session, `least` at least, that a second one may be there."""
+    left = _left(one, usual)
+    return left >= least and left * (one.before - usual * one.samples) > SURE
+
+
+def pair_of(
+    usual: float, one: Mapping[str, Explained], pairs: Mapping[Suspects, Explained], least: Mapping[str, float]
+) -> Name | None:
+    """The two suspects that explain a change together, where each takes what is the `least` beside the other, and half
+    of what that leaves alone: `axis` is the one that explains more alone, `among` those that do as well as the other
+    beside it. None where no pair explains BOTH, or others do as well in which that one is not."""
+    left = {pair: _left(each, usual) for pair, each in pairs.items()}
+    best = min(left, key=lambda pair: left[pair], default=None)
+    if best is None or 1 - left[best] < BOTH:
+        return None
+    if any(_left(one[axis], usual) < max(left[best] + least[axis], LEAVES * left[best]) for axis in best):
+        return None
+    new = max(pairs[best].before - usual * pairs[best].samples, SURE)
+    alike = [pair for pair in left if left[pair] <= max(LEAVES * left[best], SURE / new)]
+    first = min(best, key=lambda axis: _left(one[axis], usual))
+    if not all(first in pair for pair in alike):
+        return None
+    others = sorted(alike, key=lambda pair: left[pair])
+    return Name(first, tuple(axis for pair in others for axis in pair if axis != first)[:MOST_NAMES], 1 - left[best])
 
 
 def _left(each: Explained, usual: float) -> float:

@@ -18,7 +18,7 @@ from ...rigs.driven import driven
 from ...rigs.rig import Rig
 from ...rigs.rig_file import load_rig
 from ..trace.problem import EstimationProblem, estimation_problem
-from .naming import Explained, Problem, explainer
+from .naming import Explained, Explanations, Problem, Suspects, explainer
 from .session_evidence import EffectModels, SessionEvidence, effect_models, from_json, rig_as_found, session_evidence
 
 MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
@@ -54,23 +54,22 @@ class SessionReader:
             self._models = {names: effect_models(problem, effects_for(self.rig))}
         return self._models[names]
 
-    def explained(self, campaign: Campaign, axes: Sequence[str], what: str) -> dict[str, Explained]:
-        """Suspects on one session, with the rig otherwise as the first one found it; without those whose fit ends far
-        from the records. Raises InputError where no suspect has one that is near."""
-        rig = self._found or self.rig
+    def explained(self, campaign: Campaign, suspects: Sequence[Suspects], what: str) -> Explanations:
+        """Suspects, one or several together, on one session, with the rig otherwise as the first one found it; without
+        those whose fit ends far from the records."""
+        rig, found = self._found or self.rig, Explanations()
         explained = explainer(lambda own: _problem(campaign, own, _FEW), rig, effects_for(self.rig))
-        found: dict[str, Any] = {}
-        far: InputError | None = None
-        for axis in axes:
+        for axes in suspects:
+
+            def compute(_: Problem, axes: Suspects = axes) -> dict[str, Any]:
+                return {axis: asdict(each) for axis, each in explained(axes).items()}
+
             try:
-                found |= self._kept(
-                    campaign, rig, [axis], f"{axis} on {what}", lambda _, own=axis: {own: asdict(explained(own))}
-                )
-            except InputError as error:
-                far = error
-        if far is not None and not found:
-            raise far
-        return {axis: Explained(**each) for axis, each in found.items()}
+                kept = self._kept(campaign, rig, list(axes), f"{' and '.join(axes)} on {what}", compute)
+            except InputError:
+                continue
+            found[axes] = {axis: Explained(**each) for axis, each in kept.items()}
+        return found
 
     def _as_found(self, campaign: Campaign, what: str) -> Rig:
         def compute(own: Problem) -> dict[str, Any]:

@@ -6,11 +6,22 @@ from typing import get_args
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...records.dated_sessions import DatedSession
 from .changes import Case, Change
 from .history import History, Shape, course
-from .naming import Explained, Name, name_of, nearest, suspects
+from .naming import (
+    BESIDE,
+    SECOND,
+    Explained,
+    Explanations,
+    Name,
+    Suspects,
+    name_of,
+    nearest,
+    pair_of,
+    seems_two,
+    suspects,
+)
 from .reader import SessionReader
 from .smoothed import smoothed
 
@@ -24,7 +35,7 @@ class NamedChange:
     """A change, the session [index] of the first alarm, and its name.
 
     By session [index]: the `course` of what is named, value and standard deviation, all `numbers` of the rig then, and
-    its `days`. `moving`: the numbers of what is named.
+    its `days`. `moving`: the numbers of what is named. Of two that are named together the first has the numbers.
     `rate`: the size, of a drift a year, with its 95 % interval. Of a change without a name none of these is known.
     """
 
@@ -65,7 +76,7 @@ class NamedChange:
             change=self.change.among(left),
             first_alarm=int(left[self.first_alarm]),
             course={own: self.course[t] for own, t in by_all.items()},
-            numbers={own: self.numbers[t] for own, t in by_all.items()},
+            numbers={own: self.numbers[t] for own, t in by_all.items() if self.numbers},
             days={own: self.days[t] for own, t in by_all.items()},
         )
 
@@ -99,35 +110,89 @@ def named(
     change: Change,
     first_alarm: int,
     usual: float,
-) -> NamedChange:
-    """Name a change by fits to the sessions of its life. A session in which no fit is near is passed over."""
+) -> list[NamedChange]:
+    """Name a change by fits to the sessions of its life: two where two wear at once. A session in which no fit is near
+    is passed over."""
     over = len(sessions) if change.end is None else change.end
     before = max(change.earliest - 1, 0)
     moves = smoothed(known.until(before + 1))[0].mean(axis=0)
-    axes = [known.axes[k].name for k in suspects(known.until(over), first_alarm, moves)]
-    new: dict[str, list[Explained]] = {}
+    every = [known.axes[k].name for k in suspects(known.until(over), first_alarm, moves)]
+    axes, new = every, dict[str, list[Explained]]()
     for t in sorted({first_alarm, over - 1}):
-        for axis, each in _explained(reader, sessions, t, axes).items():
-            new.setdefault(axis, []).append(each)
+        for (axis,), each in _explained(reader, sessions, t, [(axis,) for axis in axes]).items():
+            new.setdefault(axis, []).append(each[axis])
         if new:
             axes = nearest(usual, {axis: new[axis][-1] for axis in axes if axis in new})
     name = name_of(usual, {axis: new[axis] for axis in axes if axis in new})
-    if name.axis is None:
-        return NamedChange(change, first_alarm, name, "", {}, {}, None, "", (), {})
-    best = name.axis
-    values: dict[int, Explained] = {}
-    begin = max(change.earliest - 1, 0)
-    for t in fitted_sessions(begin, over):
-        if found := _explained(reader, sessions, t, [best]):
-            values[t] = found[best]
-    change = _as_it_went(known.days, change, first_alarm, values)
+    fitted = fitted_sessions(before, over)
+    least = {axis.name: SECOND if axis.unit == "typical" else BESIDE for axis in known.axes}
+    if both := _both(reader, sessions, over - 1, usual, every, axes, least):
+        one, other = str(both.axis), both.among[0]
+        axes, found = _pair(one, other), [Name(one, (one,), both.share), replace(both, axis=other)]
+    elif name.axis is None:
+        return [_unnamed(change, first_alarm, name)]
+    else:
+        axes, found = (name.axis,), [name]
+    values = {t: each[axes] for t in fitted if (each := _explained(reader, sessions, t, [axes]))}
+    latest = first_alarm if len(found) == 1 else over - 1
+    told = [
+        _with_course(known, change, latest, one, {t: each[str(one.axis)] for t, each in values.items()})
+        for one in found
+    ]
+    if any(each.name.axis is None for each in told):
+        return [_unnamed(change, first_alarm, name)]
+    moving = tuple(number for each in told for number in each.moving)
+    told = [replace(each, first_alarm=max(first_alarm, each.change.first)) for each in told]
+    return [replace(told[0], moving=moving), *(replace(each, numbers={}) for each in told[1:])]
+
+
+def _unnamed(change: Change, first_alarm: int, name: Name) -> NamedChange:
+    return NamedChange(change, first_alarm, replace(name, axis=None), "", {}, {}, None, "", (), {})
+
+
+def _both(
+    reader: SessionReader,
+    sessions: Sequence[DatedSession],
+    t: int,
+    usual: float,
+    every: Sequence[str],
+    best: Sequence[str],
+    least: Mapping[str, float],
+) -> Name | None:
+    """The two that wear at once, where one suspect leaves much of a session and a pair with one of the `best` two does
+    not."""
+
+    def alone(axes: Sequence[str]) -> dict[str, Explained]:
+        found = _explained(reader, sessions, t, [(axis,) for axis in axes])
+        return {axis: each[axis] for (axis,), each in found.items()}
+
+    first = alone(best[:2])
+    if not first or not all(seems_two(usual, each, least[axis]) for axis, each in first.items()):
+        return None
+    others = alone(every)
+    pairs = list(dict.fromkeys(_pair(a, b) for a in first for b in others if a != b))
+    both = _explained(reader, sessions, t, pairs)
+    return pair_of(usual, others, {pair: each[pair[0]] for pair, each in both.items()}, least)
+
+
+def _pair(one: str, other: str) -> Suspects:
+    return (min(one, other), max(one, other))
+
+
+def _with_course(
+    known: History, change: Change, latest: int, name: Name, values: Mapping[int, Explained]
+) -> NamedChange:
+    """A change that is named, as it went from the `latest` session on or before; without a name where it may be
+    nothing."""
+    change = _as_it_went(known.days, change, latest, values)
+    best = str(name.axis)
     unit = next(axis.unit for axis in known.axes if axis.name == best)
     rate = _rate(known.days, change, values)
     if rate and rate[1] <= 0 <= rate[2]:  # what may be nothing has no name
-        return NamedChange(change, first_alarm, replace(name, axis=None), "", {}, {}, None, "", (), {})
+        return _unnamed(change, latest, name)
     return NamedChange(
         change,
-        first_alarm,
+        latest,
         name,
         f"{best} [{unit}]",
         {t: (each.value, each.deviation) for t, each in values.items()},
@@ -155,12 +220,9 @@ def fitted_sessions(first: int, count: int) -> list[int]:
 
 
 def _explained(
-    reader: SessionReader, sessions: Sequence[DatedSession], t: int, axes: Sequence[str]
-) -> dict[str, Explained]:
-    try:
-        return reader.explained(sessions[t].load(), axes, f"the session of {sessions[t].day}")
-    except InputError:
-        return {}
+    reader: SessionReader, sessions: Sequence[DatedSession], t: int, suspects: Sequence[Suspects]
+) -> Explanations:
+    return reader.explained(sessions[t].load(), suspects, f"the session of {sessions[t].day}")
 
 
 def _as_it_went(days: np.ndarray, change: Change, told: int, values: Mapping[int, Explained]) -> Change:

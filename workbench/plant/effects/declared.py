@@ -23,6 +23,14 @@ def effects_for(rig: Rig, files: Sequence[str | Path] = (), without: Sequence[st
     return tuple(effect for effect in known if effect.name not in gone and not effect.alike and acts(effect, rig))
 
 
+def effects_alike(rig: Rig, kin: str, without: Sequence[str] = ()) -> tuple[Effect, ...]:
+    """The effects that act on a rig and that a family of others, `kin`, explains nearly as well, less those it declares
+    and those in `without`."""
+    gone = {*without, *(use.name for use in rig.effects)}
+    known = known_effects(rig.effect_files)
+    return tuple(effect for effect in known if effect.alike == kin and effect.name not in gone and acts(effect, rig))
+
+
 def effect_use(effect: Effect, values: Mapping[str, float], source: str) -> EffectUse:
     """The effect as a rig file declares it, with values SI by name; a number without one is typical."""
     every = [values.get(number.name, number.typical) for number in effect.numbers]
