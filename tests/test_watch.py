@@ -291,7 +291,7 @@ def test_beside_a_number_little_that_is_left_is_a_second_wear_and_beside_an_effe
     number = {**LEAST, "Cl": BESIDE}
     assert seems_two(1.0, one["Cl"], BESIDE)
     assert pair_of(1.0, one, pairs, number).among == ("K3",)
-    assert pair_of(1.0, one, {("Cl", "K3"): says(9000, 1220)}, number) is None
+    assert pair_of(1.0, one, {("Cl", "K3"): says(9000, 1110)}, number) is None
 
 
 def test_no_second_wear_is_told_where_a_pair_leaves_much_or_others_do_as_well():

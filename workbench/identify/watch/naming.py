@@ -31,7 +31,8 @@ SURE = 30.0  # squared errors over sigma, that count as nothing left
 NAMED = 0.5  # of the change: a suspect that explains less is not its name
 MOST_NAMES = 4
 SECOND = 0.1  # of a change: what a second suspect has to take beside an effect, whose formula may be another one,
-BESIDE = 0.02  # and beside a number or a signal, which leave nothing
+BESIDE = 0.005  # and beside a number or a signal, which leave nothing;
+OF_LEFT = 4.0  # and what is left without either, over what both leave
 BOTH = 0.95  # of a change: what two suspects have to explain, as the rule of a trace asks of a pair
 WEAR = 15.0  # a number may become so many times more or less
 _ROUNDS, _AGAIN = 10, 2
@@ -231,14 +232,14 @@ def seems_two(usual: float, one: Explained, least: float) -> bool:
 def pair_of(
     usual: float, one: Mapping[str, Explained], pairs: Mapping[Suspects, Explained], least: Mapping[str, float]
 ) -> Name | None:
-    """The two suspects that explain a change together, where each takes what is the `least` beside the other, and half
-    of what that leaves alone: `axis` is the one that explains more alone, `among` those that do as well as the other
+    """The two suspects that explain a change together, where each takes the `least` beside the other at least, and
+    nearly all that this leaves: `axis` is the one that explains more alone, `among` those that do as well as the other
     beside it. None where no pair explains BOTH, or others do as well in which that one is not."""
     left = {pair: _left(each, usual) for pair, each in pairs.items()}
     best = min(left, key=lambda pair: left[pair], default=None)
     if best is None or 1 - left[best] < BOTH:
         return None
-    if any(_left(one[axis], usual) < max(left[best] + least[axis], LEAVES * left[best]) for axis in best):
+    if any(_left(one[axis], usual) < max(left[best] + least[axis], OF_LEFT * left[best]) for axis in best):
         return None
     new = max(pairs[best].before - usual * pairs[best].samples, SURE)
     alike = [pair for pair in left if left[pair] <= max(LEAVES * left[best], SURE / new)]

@@ -125,25 +125,23 @@ def named(
             axes = nearest(usual, {axis: new[axis][-1] for axis in axes if axis in new})
     name = name_of(usual, {axis: new[axis] for axis in axes if axis in new})
     fitted = fitted_sessions(before, over)
+
+    def courses(axes: Suspects, found: Sequence[Name], latest: int) -> list[NamedChange]:
+        values = {t: each[axes] for t in fitted if (each := _explained(reader, sessions, t, [axes]))}
+        return [
+            _with_course(known, change, latest, one, {t: each[str(one.axis)] for t, each in values.items()})
+            for one in found
+        ]
+
     least = {axis.name: SECOND if axis.unit == "typical" else BESIDE for axis in known.axes}
     if both := _both(reader, sessions, over - 1, usual, every, axes, least):
         one, other = str(both.axis), both.among[0]
-        axes, found = _pair(one, other), [Name(one, (one,), both.share), replace(both, axis=other)]
-    elif name.axis is None:
-        return [_unnamed(change, first_alarm, name)]
-    else:
-        axes, found = (name.axis,), [name]
-    values = {t: each[axes] for t in fitted if (each := _explained(reader, sessions, t, [axes]))}
-    latest = first_alarm if len(found) == 1 else over - 1
-    told = [
-        _with_course(known, change, latest, one, {t: each[str(one.axis)] for t, each in values.items()})
-        for one in found
-    ]
-    if any(each.name.axis is None for each in told):
-        return [_unnamed(change, first_alarm, name)]
-    moving = tuple(number for each in told for number in each.moving)
-    told = [replace(each, first_alarm=max(first_alarm, each.change.first)) for each in told]
-    return [replace(told[0], moving=moving), *(replace(each, numbers={}) for each in told[1:])]
+        told = courses(_pair(one, other), [Name(one, (one,), both.share), replace(both, axis=other)], over - 1)
+        if all(each.name.axis for each in told):
+            moving = tuple(number for each in told for number in each.moving)
+            told = [replace(each, first_alarm=max(first_alarm, each.change.first)) for each in told]
+            return [replace(told[0], moving=moving), replace(told[1], numbers={})]
+    return courses((name.axis,), [name], first_alarm) if name.axis else [_unnamed(change, first_alarm, name)]
 
 
 def _unnamed(change: Change, first_alarm: int, name: Name) -> NamedChange:
