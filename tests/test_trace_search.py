@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_campaigns import (
+    campaign,
     rubbing,
     rubbing_campaign,
 )
@@ -27,6 +28,9 @@ from workbench.identify.trace.refits import _Refits, judge, run_pass
 from workbench.identify.trace.rule import NAMED, Judgement, explained
 from workbench.identify.trace.tracer import trace
 from workbench.plant.effects import find
+from workbench.plant.effects.declared import effects_alike
+from workbench.rigs.number import Number
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
 ROOT = Path(__file__).parents[1]
@@ -222,6 +226,26 @@ def test_numbers_that_have_taken_a_part_of_the_first_effect_are_let_go_before_a_
     assert [fit.candidate.effect.name for fit in found.effects] == ["jack.friction"]
     assert found.effects[0].refitted.chi2 < 1.05
     assert len(found.passes) == 1
+
+
+@pytest.mark.parametrize("without", [(), ("sensor.filter",)])
+def test_where_a_late_command_leaves_a_misfit_a_low_pass_of_the_logger_is_tried(without, monkeypatch):
+    """Its name ties with that of the delay, of which a part may be there; what is taken out is not tried."""
+    few = [each for each in effects_alike(RIG, "drive timing") if each.formula == "bessel 2"]
+    monkeypatch.setattr(
+        "workbench.identify.trace.search.effects_alike",
+        lambda rig, kin, without: [each for each in few if each.kin == kin and each.name not in without],
+    )
+    tau = Number("tau", 4e-3, "s", "s", "made up")
+    logged = campaign(replace(RIG, effects=(EffectUse("sensor.filter", "bessel 2", {"tau": tau}),)))
+    with one_blas_thread():
+        own = estimation_problem(logged, RIG), [find("drive.delay", "interpolated")], no_checkpoint, lambda _: None
+        found = trace(*own, learns=False, without=without)
+    names = [fit.candidate.effect.name for fit in found.effects]
+    if without:
+        assert "sensor.filter" not in [*names, *found.tied]
+    else:
+        assert (found.verdict, names, found.tied) == ("tied", ["sensor.filter"], ("drive.delay",))
 
 
 def test_a_fit_that_stopped_half_way_is_no_reason_to_name_an_effect(monkeypatch):

@@ -181,7 +181,7 @@ def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
         elif name not in able:
             rows.append([name, "the rig has nothing that it acts on"])
         elif kinds[name].alike:
-            rows.append([name, "it looks much like a late command: declare it"])
+            rows.append([name, "it looks much like a late command, and is tried where that leaves a misfit"])
         elif name not in named:
             rows.append([name, "taken out by --without"])
     return Table("Effects that were not tried", ["effect", "why"], rows) if rows else None
