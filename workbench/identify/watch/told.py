@@ -26,6 +26,7 @@ from .reader import SessionReader
 from .smoothed import smoothed
 
 _FEWEST = 4
+_UNEVEN = 0.05  # of how far it went: no wear follows a line more closely
 _COURSE = 12  # sessions that what is named is fitted to, at most
 NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
@@ -256,7 +257,7 @@ def _rate(days: np.ndarray, change: Change, values: Mapping[int, Explained]) -> 
     s = course(days, change.first, change.shape)[since]
     y = np.array([values[t].value for t in since])
     design = np.column_stack((np.ones(len(since)), s))
-    weights = 1.0 / np.maximum([values[t].deviation for t in since], 1e-3 * np.ptp(y) + 1e-300)
+    weights = 1.0 / np.maximum([values[t].deviation for t in since], _UNEVEN * np.ptp(y) + 1e-300)
     solved, *_ = np.linalg.lstsq(design * weights[:, None], y * weights, rcond=None)
     left = (y - design @ solved) * weights
     scatter = max(1.0, float(left @ left) / max(len(since) - 2, 1))
