@@ -22,7 +22,8 @@ from workbench.commands.new.closed_loop import closed_loop_files
 from workbench.commands.trace.told import told_section, told_sentence
 from workbench.engine import Engine
 from workbench.engine.delay_line import held_commands
-from workbench.identify.fit.followed import _in_band as in_band, _off as off
+from workbench.identify.data.causality import in_band
+from workbench.identify.fit.followed import _off as off
 from workbench.identify.trace.findings import Trace
 from workbench.identify.trace.problem import estimation_problem
 from workbench.identify.trace.refit import fit_rig
@@ -247,6 +248,10 @@ def _late(s: dict[str, np.ndarray]) -> None:
     s["reference"] = np.roll(s["reference"], 60)
 
 
+def _little_late(s: dict[str, np.ndarray]) -> None:
+    s["reference"] = np.roll(s["reference"], 8)
+
+
 def _times(name: str, factor: float) -> Callable[[dict[str, np.ndarray]], None]:
     def change(s: dict[str, np.ndarray]) -> None:
         s[name] = factor * s[name]
@@ -267,6 +272,7 @@ def _driving(s: dict[str, np.ndarray]) -> None:
     [
         (_swapped, r"position leads reference by .* ms.*exchange their columns"),
         (_late, r"position leads reference by .* ms.*logged late"),
+        (_little_late, r"position leads reference by .* ms.*logged late"),
         (_times("position", 10.0), r"position is (9|10)[.0-9]* times what reference asks for; give both their units"),
         (_times("position", -1.0), r"position goes against reference; give one of them scale = -1"),
         (_times("reference", 1e3), r"reference reaches 3000 mm, and full_command of \[inner\] is 75 mm"),

@@ -11,6 +11,7 @@ from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.frequency.config import load
 from workbench.commands.frequency.two_columns import pair_model, run_pairs
+from workbench.identify.data.causality import lead_problem
 from workbench.identify.data.frequency_response import averaged, between, measured_response
 from workbench.records import Record
 from workbench.records.pair import read_pair
@@ -98,6 +99,56 @@ def test_records_are_averaged_to_a_narrower_band(tmp_path):
 def test_a_column_that_is_not_there_is_named(tmp_path, columns, words):
     with pytest.raises(InputError, match=words):
         load(recording(tmp_path / "a.csv", 0), columns)
+
+
+@pytest.mark.parametrize(
+    ("columns", "shift", "leaves", "refused"),
+    [
+        (("Set point", "Actual"), 0, True, False),
+        (("Actual", "Set point"), 0, False, True),  # exchanged
+        (("Set point", "Actual"), 10, False, True),  # 20 ms late, of 6 ms and a servo's lag of 33 ms
+        (("Set point", "Actual"), 10, True, True),
+    ],
+)
+def test_an_output_that_leads_its_input_is_refused(tmp_path, columns, shift, leaves, refused):
+    path = recording(tmp_path / "a.csv", 0)
+    head, *lines = path.read_text().splitlines()
+    t, u, y = np.loadtxt(lines, delimiter=",", unpack=True)
+    np.savetxt(path, np.column_stack((t, np.roll(u, shift), y)), "%.6f", ",", header=head, comments="")
+    task = load(path, columns)
+    if not refused:
+        assert run_pairs(task, leaves, no_checkpoint, lambda _: None).files
+        return
+    with pytest.raises(InputError, match=f"{columns[1]} leads {columns[0]} by .* ms.*exchange their columns"):
+        run_pairs(task, leaves, no_checkpoint, lambda _: None)
+
+
+def test_a_spring_with_a_damper_may_be_ahead_of_its_position():
+    random = np.random.default_rng(1)
+    x = lfilter([1e-4], np.poly([0.9, 0.9]), random.standard_normal(20_000))  # to 8 Hz
+    force = x + 0.02 * np.gradient(x, PERIOD) + 1e-3 * random.standard_normal(x.size)
+    whole = Record("s", PERIOD * np.arange(x.size), {"x": x, "force": force, "early": np.roll(force, -20)})
+    problems = [lead_problem(measured_response(whole, "x", name), PERIOD, False, True) for name in ("force", "early")]
+    assert problems[0] == ""
+    assert "early leads x by" in problems[1]
+
+
+def pressed(shift: dict[str, int]) -> list[str]:
+    """What is wrong with both recordings of the press where columns are late by so many ms."""
+    said = []
+    for name in ("chirp0A", "chirp1A"):
+        pair = read_pair(SHARED / "data" / "mts_press" / f"{name}.csv.gz", "reference", "position")
+        signals = {key: np.roll(values, shift.get(key, 0)) for key, values in pair.record.signals.items()}
+        own = measured_response(Record(name, pair.record.t, signals), "reference", "position")
+        said.append(lead_problem(own, pair.record.period))
+    return said
+
+
+@pytest.mark.skipif(not (SHARED / "data" / "mts_press").exists(), reason="the recordings of the press are not here")
+def test_a_lead_of_the_press_does_not_hide_behind_its_servo_s_lag():
+    assert pressed({}) == ["", ""]
+    assert all("by 7." in said for said in pressed({"position": -12}))  # its delay is 4.5 ms
+    assert all("by 5." in said for said in pressed({"reference": 10}))
 
 
 @pytest.mark.skipif(not (SHARED / "data" / "mts_press").exists(), reason="the recordings of the press are not here")

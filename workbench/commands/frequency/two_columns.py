@@ -11,6 +11,7 @@ from ...base.errors import InputError
 from ...base.table import ConfigTable
 from ...base.toml_text import toml_text
 from ...base.words import counted
+from ...identify.data.causality import lead_problem
 from ...identify.data.frequency_response import FrequencyResponse, averaged, measured_response
 from ...records.rational_fit import BENT, FitOrder, RationalFit, fit_judged, fit_rational
 from ...report import Figure, Page
@@ -105,18 +106,25 @@ class PairAnswer(Answer):
 
 def run_pairs(task: FrequencyTask, leaves: bool, stage: Stage, progress: Progress) -> Outcome:
     """The outcome of `pair_answer`; its plant is left, and has to be, where one is asked for."""
-    answer = pair_answer(task, progress)
+    answer = pair_answer(task, progress, leaves)
     if leaves:
         _ = answer.plant
     return answer.outcome if leaves else replace(answer.outcome, files={})
 
 
-def pair_answer(task: FrequencyTask, progress: Progress) -> PairAnswer:
-    """The response of the pair over all recordings, with a model of a transfer function and a delay beside it."""
+def pair_answer(task: FrequencyTask, progress: Progress, leaves: bool = False) -> PairAnswer:
+    """The response of the pair over all recordings, with a model of a transfer function and a delay beside it.
+
+    Raises InputError for an output that leads its input; that of another unit may, a little, unless its plant is left.
+    """
     responses = []
     for pair in task.pairs:
         progress(f"{pair.record.name}: {pair.output} over {pair.input}")
-        responses.append(measured_response(pair.record, pair.input, pair.output, task.period))
+        response = measured_response(pair.record, pair.input, pair.output, task.period)
+        follows = pair.units[0] == pair.units[1] != "1"
+        if problem := lead_problem(response, pair.record.period, follows, not (follows or leaves)):
+            raise InputError(f"{pair.record.name}: {problem}")
+        responses.append(response)
     progress("model")
     whole = _told(averaged(responses))
     try:

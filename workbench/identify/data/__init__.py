@@ -5,6 +5,7 @@ rounding            noise that a sensor's rounding hides at rest
 scored_floor        what errors are held against, which for free runs is more
 whiteness           whether a residual is noise
 frequency_response  gain, phase, coherence and a 95 % band of a pair of signals
+causality           whether one of them comes after the other
 
     from workbench.identify.data import measured_response, noise_floor
     floor = noise_floor(campaign)                                 # floor.sigma["pa"] in Pa, floor.kappa["pa"]

@@ -6,13 +6,12 @@ from ...base.errors import InputError
 from ...records import Campaign, Record
 from ...rigs.inner_loop import POSITION
 from ...rigs.rig import Rig
+from ..data.causality import lead_problem, sure_lines
 from ..data.frequency_response import measured_response
 from ..data.white_part import white_part
 
-_SURE, _FEWEST = 0.1, 8  # of the response: 95 % radius of a line that is looked at; such lines
-_LOW = 0.1  # of those lines, the lowest: there a loop gives what it is asked
+_LOW = 0.1  # of the lines that are sure, the lowest: there a loop gives what it is asked
 _OFF, _WRONG = 0.3, 3.0  # of the gain at low frequency: a loop that is hardly closed; a unit that is wrong
-_LEAD = 1.5  # periods by which a response leads
 _BLOCK, _STILL = 1.0, 2.0  # s; times the noise: what moves no more than that is at rest
 _GIVEN = 0.3  # of force times speed, as a correlation: what a load may give back to the jack
 
@@ -37,37 +36,18 @@ def _problem(record: Record, asked: str, came: str) -> str:
             f"{came} rests from {first:.3g} to {last:.3g} s while {asked} moves: the loop was off; leave that part out"
         )
     response = measured_response(record, asked, came)
-    sure = _in_band(response.f, response.radius < _SURE * np.abs(response.response))
-    if sure.sum() < _FEWEST:
+    f, h = sure_lines(response)
+    if not f.size:
         return ""
-    f, h = response.f[sure], response.response[sure]
-    low = np.argsort(f)[: max(3, int(_LOW * sure.sum()))]
+    low = np.argsort(f)[: max(3, int(_LOW * f.size))]
     gain = complex(np.median(np.real(h[low])), np.median(np.imag(h[low])))
     if gain.real < 0:
         return f"{came} goes against {asked}; give one of them scale = -1 under [signals]"
     if not _OFF < abs(gain) < _WRONG:
         return f"{came} is {abs(gain):.3g} times what {asked} asks for; give both their units under [signals]"
-    lead = _lead(f, h)
-    if lead > _LEAD * record.period:
-        return (
-            f"{came} leads {asked} by {1e3 * lead:.3g} ms, and no loop knows its reference ahead; exchange their "
-            f"columns, or, where {asked} was logged late, move it by its logger's delay"
-        )
+    if problem := lead_problem(response, record.period):
+        return problem
     return _driving(record) if came == POSITION else ""
-
-
-def _in_band(f: np.ndarray, sure: np.ndarray) -> np.ndarray:
-    """The `sure` lines [k] at f [k] up to where half of all are: beyond what moves some are sure by chance."""
-    order = np.argsort(f)
-    share = np.cumsum(sure[order]) / np.arange(1, f.size + 1)
-    return sure & (f <= np.max(f[order][share >= 0.5], initial=-np.inf))
-
-
-def _lead(f: np.ndarray, h: np.ndarray) -> float:
-    """By how much [s] a response is early, by the phase that rises straight with the frequency."""
-    order = np.argsort(f)
-    phase = np.unwrap(np.angle(h[order]))
-    return float(np.sum(phase * f[order]) / np.sum(f**2) / (2 * np.pi))
 
 
 def _off(record: Record, asked: str, came: str) -> tuple[float, float] | None:
