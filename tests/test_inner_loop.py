@@ -267,9 +267,14 @@ def _driving(s: dict[str, np.ndarray]) -> None:
     s["force"] = -3e4 * np.gradient(s["position"], PERIOD)
 
 
+def _strong(s: dict[str, np.ndarray]) -> None:
+    s["force"] = -6e5 * np.gradient(s["position"], PERIOD) / np.abs(np.gradient(s["position"], PERIOD)).max()
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        (_strong, r"force reaches 58.* kN, 5[.]8.* times the limit of the rig; check its unit"),
         (_swapped, r"position leads reference by .* ms.*exchange their columns"),
         (_late, r"position leads reference by .* ms.*logged late"),
         (_little_late, r"position leads reference by .* ms.*logged late"),
@@ -350,6 +355,14 @@ def test_every_experiment_of_the_starter_folder_runs(rig, tmp_path, monkeypatch)
     assert abs(rows[0]["steady_state_error"]) < 1e-3
     rows = json.loads(Path("inverse/metrics.json").read_text())["rows"]
     assert rows[0]["error_rms_inverse"] < 0.3 * rows[0]["error_rms"]
+    hybrid = json.loads(Path("hybrid/metrics.json").read_text())
+    assert hybrid["rows"][0]["factor"] > 1.5
+    least, least_with = (
+        min(row["gain_margin_db"] for row in hybrid["outer"] if row["reference"] == how)
+        for how in ("as it is", "inverse")
+    )
+    assert least_with > least + 6  # dB
+    assert "At the worse of null and moving its gain margin is" in Path("hybrid/report.html").read_text()
 
 
 def test_a_loop_that_is_too_slow_for_its_reference_is_not_off():

@@ -1,4 +1,5 @@
-"""Clocks, commands, positions and pressures that no recording of a rig has: another unit than the one that is said."""
+"""Clocks, commands, positions, pressures and forces that no recording of a rig has: another unit than the one that is
+said."""
 
 import numpy as np
 
@@ -15,16 +16,17 @@ _FULL = 1.05  # of full command: more is another unit
 _PRESSURES = ("pa", "pb", "supply")
 _PRESSURE_UNITS = {"bar": 1e5, "MPa": 1e6, "psi": 6894.757, "Pa": 1.0}
 _FAR = 5.0  # times the supply pressure, or below it by 50: no pressure of this rig
-_BEYOND = 1.5  # times the stroke: no position of this rig
+_BEYOND = 1.5  # times the stroke, or the limit of force: no position or force of this rig
 
 
 def check_ranges(campaign: Campaign, rig: Rig) -> None:
-    """Raises InputError for a clock, a command, a pressure or a position that is in no range of the rig's."""
+    """Raises InputError for a clock, a command, a pressure, a position or a force that is in no range of the rig's."""
     for record in campaign.records:
         _check_clock(campaign, record, rig)
         _check_command(campaign, record)
         _check_pressures(campaign, record, rig)
         _check_position(campaign, record, rig)
+        _check_force(campaign, record, rig)
     check_followed(campaign, rig)
 
 
@@ -54,6 +56,17 @@ def _check_position(campaign: Campaign, record: Record, rig: Rig) -> None:
         raise InputError(
             f"{campaign.path}: record {record.name}: position goes over {1e3 * travel:.4g} mm, and the stroke is "
             f"{1e3 * rig['S']:.4g} mm; give its unit under [signals.position]"
+        )
+
+
+def _check_force(campaign: Campaign, record: Record, rig: Rig) -> None:
+    """Of the load cell, also where it is what acts on the jack."""
+    limit = rig.limit("force")
+    peak = max(float(np.max(np.abs(record.signals.get(name, np.zeros(1))))) for name in ("force", "disturbance"))
+    if peak > _BEYOND * limit:
+        raise InputError(
+            f"{campaign.path}: record {record.name}: force reaches {peak / 1e3:.4g} kN, {peak / limit:.3g} times the "
+            "limit of the rig; check its unit under [signals.force], or force under [limits] of the rig file"
         )
 
 
