@@ -5,7 +5,9 @@ import json
 import pyarrow.parquet as pq
 import pytest
 
+from workbench.base.signals import SIGNALS
 from workbench.cli import main
+from workbench.commands.inverse.page import changed
 
 EXPERIMENT = """
 experiment = "inverse"
@@ -70,6 +72,16 @@ def test_the_loop_through_the_reference_is_shown_beside_the_inner_one(folder):
     assert (first["reference"], first["stable"], first["ms"]) == ("as it is", False, None)
     assert (second["reference"], second["stable"]) == ("inverse", True)
     assert "unstable at" in (folder / "out/inverse/report.html").read_text()
+
+
+def test_an_inverse_that_makes_the_error_larger_is_said_to():
+    worse = {"factor": 0.5, "error_rms": 1e-3, "error_rms_inverse": 2e-3}
+    better = {"factor": 4.0, "error_rms": 1e-3, "error_rms_inverse": 0.25e-3}
+    signal = SIGNALS["position"]
+    said = changed(signal, [worse])
+    assert said == "makes the error 2 times as large, which is 1 mm RMS without and 2 mm with it"
+    said = changed(signal, [better, worse])
+    assert said.startswith("divides the error by 4 on 1 of 2 rigs and makes the error 2 times as large on 1 of 2 rigs")
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,14 @@
 """What an inverse shows: its gain, what it leaves of a reference, the record, and the outer loop."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...base.gain_phase import gain_db, phase_deg
+from ...base.signals import Signal
+from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...loop.designed_inverse import ReferenceInverse
 from ...loop.learning import Iteration
@@ -61,11 +63,11 @@ def page(
 ) -> Page:
     """The report; `drawn`: its section of drawn plants."""
     record, ahead = config, config.preview * config.rig.period.value * 1e3
-    factors = {name: [row["factor"] for row in metrics["rows"] if row["controller"] == name] for name in inverted}
-    ranges = ", ".join(f"{spanned(each)} for {name}" for name, each in factors.items())
+    rows = {name: [row for row in metrics["rows"] if row["controller"] == name] for name in inverted}
+    changes = "; ".join(f"before {name} it {changed(config.signal, each)}" for name, each in rows.items())
     verdict = (
-        f"Looking {ahead:g} ms ahead, the inverse divides the error of {record.scenario.name} by {ranges}, on "
-        f"{counted(len(record.rigs), 'rig')}; it is designed on {len(config.designed_on)} of them."
+        f"The inverse looks {ahead:g} ms ahead, and is designed on {len(config.designed_on)} of "
+        f"{counted(len(record.rigs), 'rig')}. Of {record.scenario.name}, {changes}."
     )
     parts = inverted.values()
     sections = [
@@ -85,14 +87,39 @@ def page(
     return with_fit(Page(title, verdict, sections), record.rig)
 
 
-def _outer_verdict(metrics: Mapping[str, Any]) -> str:
-    unstable = [
-        sum(not row["stable"] for row in metrics["outer"] if row["reference"] == how) for how in ("as it is", "inverse")
+def changed(signal: Signal, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What an inverse makes of the error on the rigs of the `rows`, in words."""
+    divided = [row["factor"] for row in rows if row["factor"] >= 1]
+    grown = [1 / row["factor"] for row in rows if row["factor"] < 1]
+    where = [
+        f" on {len(each)} of {counted(len(rows), 'rig')}" if divided and grown else "" for each in (divided, grown)
     ]
-    total = len(metrics["outer"]) // 2
+    parts = [f"divides the error by {spanned(divided)}{where[0]}"] if divided else []
+    parts += [f"makes the error {spanned(grown)} times as large{where[1]}"] if grown else []
+    both = ([from_si(row[key], signal.unit, signal.si) for row in rows] for key in ("error_rms", "error_rms_inverse"))
+    before, after = (spanned(map(float, each)) for each in both)
+    return f"{' and '.join(parts)}, which is {before} {signal.unit} RMS without and {after} {signal.unit} with it"
+
+
+def _outer_verdict(metrics: Mapping[str, Any]) -> str:
+    """At null and moving alike: the worse of both counts."""
+    without, with_it = ([row for row in metrics["outer"] if row["reference"] == how] for how in ("as it is", "inverse"))
+    unstable = [sum(not row["stable"] for row in rows) for rows in (without, with_it)]
+    said = (
+        f"The loop through the reference is unstable at {unstable[0]} of {len(without)} operating points without the "
+        f"inverse, at {unstable[1]} with it."
+    )
+    worst = [
+        (min(row["gain_margin_db"] for row in rows), max(row["ms"] for row in rows))
+        for rows in (without, with_it)
+        if all(None not in (row["gain_margin_db"], row["ms"]) for row in rows)
+    ]
+    if len(worst) < 2:
+        return said
+    (margin, ms), (margin_with, ms_with) = worst
     return (
-        f"The loop through the reference is unstable at {unstable[0]} of {total} operating points without the inverse, "
-        f"at {unstable[1]} with it."
+        f"{said} At the worse of null and moving its gain margin is {margin:.3g} dB without and {margin_with:.3g} dB "
+        f"with it, and Ms {ms:.3g} and {ms_with:.3g}."
     )
 
 
