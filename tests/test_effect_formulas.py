@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
 from hypothesis import given, settings, strategies as st
+from random_plants import oil
 from scipy.signal import bessel, butter, freqs
 
 from workbench.plant.effects import LIBRARY, find
+from workbench.rigs.oil import ATMOSPHERE, GAS_CONTENT, VAPOUR_PRESSURE
 
 FEW = settings(max_examples=25)
 PS, PR = 210e5, 4e5
 LIMIT, T0, FAST = 0.02, 1e-5, 5e-5
-ATMOSPHERE = 1.013e5
 LAGS = {
     ("drive.lag", "amplifier"),
     ("drive.lag", "command filter"),
@@ -106,12 +107,15 @@ def _line(loss):
     def docstring(pair, p, x, c):
         on, w0 = 1 - np.exp(-p["r"] / 1e-6), 2 * np.pi * p["f"]
         C = max(p["r"], 1e-2) * c["volume"] / c["beta"]
-        passed = tuple(flow + on * (x[f"q{side}"] - flow) for flow, side in zip(pair, "AB", strict=True))
+        (PA, a), (PB, b) = (oil({"Pr": c["saturation"], "beta": c["beta"]}, x[name]) for name in ("PA", "PB"))
+        qA, qB = x["qA"] / (a if x["qA"] > 0 else c["room_a"]), x["qB"] / (b if x["qB"] < 0 else c["room_b"])
+        passed = tuple(flow + on * (q - flow) for flow, q in zip(pair, (qA, qB), strict=True))
+        QA, QB = pair[0] / (1 if pair[0] > 0 else a), pair[1] / (1 if pair[1] < 0 else b)
         return passed, {
-            "PA": (pair[0] - x["qA"]) / C,
-            "PB": (x["qB"] - pair[1]) / C,
-            "qA": C * w0**2 * (x["PA"] - c["pa"] - loss(x["qA"], p, c, w0 * C)),
-            "qB": C * w0**2 * (c["pb"] - x["PB"] - loss(x["qB"], p, c, w0 * C)),
+            "PA": a * a * (QA - qA) / C,
+            "PB": b * b * (qB - QB) / C,
+            "qA": C * w0**2 * (PA - c["pa"] - loss(x["qA"], p, c, w0 * C)),
+            "qB": C * w0**2 * (c["pb"] - PB - loss(x["qB"], p, c, w0 * C)),
         }
 
     return docstring
@@ -340,7 +344,8 @@ PLACE = {"position": some(-0.25, 0.25)}
 SCALE = {"low": st.just(-0.25), "high": st.just(0.25)}
 GAUGE = {"low": st.just(0.0), "high": st.just(PS)}
 LINE = {"pa": PRESSURE, "pb": PRESSURE, "volume": st.just(1e-3), "beta": st.just(BETA)}
-LINE |= {"rated": st.just(0.02), "feed": st.just(PS)}
+LINE |= {"rated": st.just(0.02), "feed": st.just(PS), "room_a": some(1, 3), "room_b": some(1, 3)}
+LINE |= {"saturation": st.just(ATMOSPHERE), "vapour": st.just(VAPOUR_PRESSURE), "gas": st.just(GAS_CONTENT)}
 NONE = st.none()
 
 

@@ -7,6 +7,7 @@ from effect_laws import BETA, EPS, TRAVEL, evaluated, lap
 from hypothesis import given, settings, strategies as st
 
 from workbench.plant.effects import Scope, find
+from workbench.rigs.oil import ATMOSPHERE, GAS_CONTENT, VAPOUR_PRESSURE
 
 FEW = settings(max_examples=30)
 
@@ -163,15 +164,19 @@ def test_a_mount_gives_by_its_compliance(force, c):
     assert motion == pytest.approx([0.09, 0.15])
 
 
+OIL = {"saturation": ATMOSPHERE, "vapour": VAPOUR_PRESSURE, "gas": GAS_CONTENT, "beta": BETA}
+LINE = OIL | {"volume": 1e-3, "rated": 1e-3, "feed": 2e7, "room_a": 1.0, "room_b": 1.0}
+
+
 def test_no_two_hoses_swing_alike():
     """The pressures of a line swing by what its flow accelerates, less in a larger one: a fit must not find a share of
     a small line in place of a large one."""
-    hose, context = find("line.hose", "lumped"), {"volume": 1e-3, "beta": BETA, "pa": 0.0, "pb": 0.0, "rated": 1e-3}
+    hose, context, still = find("line.hose", "lumped"), {**LINE, "pa": 5e6, "pb": 5e6}, (5e6, 5e6)
     swings = []
     for r in (1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 3.0):
-        _, rates = evaluated(hose, "line_flows", (0.0, 0.0), {"r": r}, {"PA": 1.0}, feed=2e7, **context)
-        (seen, _), _ = evaluated(hose, "ports", (0.0, 0.0), {"r": r}, {"PA": 1.0})
-        swings.append(seen / rates["qA"])
+        _, rates = evaluated(hose, "line_flows", (0.0, 0.0), {"r": r}, {"PA": 6e6}, **context)
+        (seen, _), _ = evaluated(hose, "ports", still, {"r": r}, {"PA": 6e6}, **OIL)
+        swings.append((seen - still[0]) / rates["qA"])
     assert np.all(np.diff(swings) <= 1e-3 * swings[0])
     assert np.all(np.diff(swings[3:]) < 0)
 
@@ -180,11 +185,7 @@ def test_no_two_hoses_swing_alike():
 @given(r=st.floats(0.02, 3), f=st.floats(5, 1000), zeta=st.floats(0.02, 0.9))
 def test_a_hose_keeps_its_oil_and_swings_at_f(r, f, zeta):
     """What the valve gives less what the chamber gets is what pressure stores; with the valve shut it swings at f."""
-    hose, context = (
-        find("line.hose", "lumped"),
-        {"volume": 1e-3, "beta": BETA, "pa": 5e6, "pb": 5e6, "rated": 1e-3, "feed": 2e7},
-    )
-    stored = r * 1e-3 / BETA
+    hose, context, stored = find("line.hose", "lumped"), {**LINE, "pa": 5e6, "pb": 5e6}, r * 1e-3 / BETA
 
     def moved(**x):
         passed, rates = evaluated(hose, "line_flows", (2e-4, 1e-4), {"r": r, "f": f, "zeta": zeta}, x, **context)
@@ -194,8 +195,11 @@ def test_a_hose_keeps_its_oil_and_swings_at_f(r, f, zeta):
     assert stored * rates["PA"] == pytest.approx(2e-4 - passed[0], rel=1e-6)
     assert stored * rates["PB"] == pytest.approx(passed[1] - 1e-4, rel=1e-6)
     names = ("PA", "qA")
-    still = moved(PA=0.0, qA=0.0)[1]
-    columns = [[moved(**{name: 1.0})[1][row] - still[row] for name in names] for row in names]
+    filled = {"PA": 5e6, "PB": 5e6}
+    still = moved(**filled)[1]
+    columns = [
+        [moved(**filled | {name: filled.get(name, 0.0) + 1.0})[1][row] - still[row] for name in names] for row in names
+    ]
     poles = np.linalg.eigvals(np.array(columns))
     assert np.abs(poles) == pytest.approx([2 * np.pi * f] * 2, rel=1e-3)
     assert -poles.real == pytest.approx([2 * np.pi * f * zeta] * 2, rel=1e-2)

@@ -16,7 +16,7 @@ from .effects import Effect, applies, known_effects, missing, resolve
 from .inner_loop import valve_command
 from .jack import cell_forces, loader_force, specimen_force
 from .linear import build_linear
-from .oil import above_vacuum, chamber, continuity
+from .oil import above_vacuum, chamber, continuity, oil
 from .orifice import root
 from .valve import VALVES, Lands, ValveFlows
 from .valve.lands import main_openings
@@ -209,18 +209,20 @@ def _through_lines(
     """What the valve's ports see [Pa], the flows of one valve, and what comes of all to the chambers [m^3/s]."""
     far = line_valves.ends(lines, cylinder)
     rated, middle = VALVES[rig.valve].rated_flow(b), b["S"] / 2 * (cylinder.area_a + cylinder.area_b) / 2
-    ports = b.slot("ports", far)
+    ports = b.slot("ports", (far[0].pressure, far[1].pressure), **oil(b))
     valve = VALVES[rig.valve].flows(b, command, Lands(ports[0], ports[1], supply, b["Pr"]), supply, b["Pr"])
     _draw(b, rig, valve, supply)
     flows = b.slot(
         "line_flows",
         (b["n"] * valve.into_a, b["n"] * valve.out_of_b),
-        pa=far[0],
-        pb=far[1],
+        pa=far[0].pressure,
+        pb=far[1].pressure,
+        room_a=far[0].room,
+        room_b=far[1].room,
         volume=middle + (cylinder.dead_a + cylinder.dead_b) / 2,
-        beta=b["beta"],
         rated=rated,
         feed=b["Ps"],
+        **oil(b),
     )
     return ports, valve, line_valves.passed(b, rig.line_valve, lines, cylinder, flows)
 
@@ -234,11 +236,11 @@ def _outputs(
     supply: ca.SX,
 ) -> None:
     """Signals of valve and chambers; a pressure is measured at the servo-valve, or behind a line valve."""
-    oil, read, lowest = (cylinder.pa, cylinder.pb), list(ports), [cylinder.pa, cylinder.pb]
+    chambers, read = (cylinder.pa, cylinder.pb), list(ports)
+    lowest = [*chambers, *(line.pressure for line in lines if line), *ports]
     for side, line in enumerate(lines):
         if line:
-            read[side] = oil[side]
-            lowest.append(line.pressure)
+            read[side] = chambers[side]
             b.output(**{LINE_PRESSURES[side]: ports[side]})
     pa, pb = (b.sensor(name, pressure) for name, pressure in zip(("pa", "pb"), read, strict=True))
     b.output(
@@ -248,5 +250,5 @@ def _outputs(
         load_pressure=pa - pb,
         supply=supply,
         jack_force=cylinder.force,
-        lowest_pressure=ca.fmin(valve.lowest, reduce(ca.fmin, lowest)) + above_vacuum(b),
+        lowest_pressure=ca.fmin(valve.lowest, reduce(ca.fmin, dict.fromkeys(lowest))) + above_vacuum(b),
     )

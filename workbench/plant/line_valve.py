@@ -43,10 +43,9 @@ def lines(b: Assembly, valve: LineValve | None, jack: Chambers, rest: float) -> 
     return a, b_
 
 
-def ends(between: Lines, jack: Chambers) -> _Pair:
-    """What each line of the servo-valve ends in [Pa]: the line before a line valve, or the chamber."""
-    a, b = (line.pressure if line else of.pressure for line, of in zip(between, (jack.a, jack.b), strict=True))
-    return a, b
+def ends(between: Lines, jack: Chambers) -> tuple[Chamber, Chamber]:
+    """What each line of the servo-valve ends in: the line before a line valve, or the chamber."""
+    return between[0] or jack.a, between[1] or jack.b
 
 
 def passed(b: Assembly, valve: LineValve | None, between: Lines, jack: Chambers, flows: _Pair) -> _Pair:
@@ -54,7 +53,7 @@ def passed(b: Assembly, valve: LineValve | None, between: Lines, jack: Chambers,
     at, through = ends(between, jack), list(flows)
     for side, (line, of, sign) in enumerate(zip(between, (jack.a, jack.b), (1, -1), strict=True)):
         if valve and line:
-            flow = _flow(b, valve, line.pressure, of.pressure, at[1 - side])
+            flow = _flow(b, valve, line.pressure, of.pressure, at[1 - side].pressure)
             modulus = b.slot("modulus", b["beta"], pressure=line.pressure)
             continuity(b, line, sign * flows[side] - flow, b["line_volume"], modulus=modulus)
             through[side] = sign * flow

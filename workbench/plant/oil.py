@@ -19,19 +19,14 @@ import casadi as ca
 
 from ..rigs.oil import ATMOSPHERE, GAS_CONTENT, VAPOUR_PRESSURE
 from .assembly import Assembly
-
-_KNEE = 1e4  # Pa: half of what s falls below saturation until gas alone sets the pressure
+from .gas import Filling, filling
 
 
 @dataclass(frozen=True)
-class Chamber:
-    """Symbols of a chamber: its state's name, pressure [Pa], volume [1] of oil and gas per volume of oil, and share of
-    the state's rate that is the pressure's, 1 of a liquid and 0 of oil with gas."""
+class Chamber(Filling):
+    """Symbols of a chamber: its state's name, and what fills it."""
 
     name: str
-    pressure: ca.SX
-    room: ca.SX
-    liquid: ca.SX
 
 
 def above_vacuum(b: Assembly) -> ca.SX:
@@ -39,16 +34,21 @@ def above_vacuum(b: Assembly) -> ca.SX:
     return ca.fmax(ATMOSPHERE - b["Pr"], 0)
 
 
+def oil(b: Assembly) -> dict[str, ca.SX]:
+    """The numbers of the rig's oil, as `filling` takes them."""
+    return {
+        "saturation": ATMOSPHERE - above_vacuum(b),
+        "vapour": b.get("Pv", VAPOUR_PRESSURE),
+        "gas": b.get("gas", GAS_CONTENT),
+        "beta": b["beta"],
+    }
+
+
 def chamber(b: Assembly, name: str, scale: float, start: float = 0.0, follows: str = "") -> Chamber:
     """Declare a chamber's state [Pa], large at `scale` and starting at `start`; a line `follows` its chamber's."""
     s = b.state(name, "Pa", scale, start, follows=follows, parted=bool(follows))
-    span = ATMOSPHERE - _KNEE - b.get("Pv", VAPOUR_PRESSURE)
-    gas = b.get("gas", GAS_CONTENT) * ATMOSPHERE * b["beta"]
-    depth = ca.fmax(ATMOSPHERE - above_vacuum(b) - s, 0)
-    knee = ca.fmin(depth, 2 * _KNEE) * (1 / (2 * _KNEE))
-    tension = depth + knee * (_KNEE * knee - 2 * _KNEE)
-    pressure = s + tension * (1 - span * span / (span * tension + gas))
-    return Chamber(name, pressure, 1 + tension * (1 / b["beta"]), 1 - knee)
+    full = filling(s, **oil(b))
+    return Chamber(full.pressure, full.room, full.liquid, name)
 
 
 def continuity(
@@ -66,7 +66,7 @@ def continuity(
     """
     beta = b["beta"]
     stiff = beta if modulus is None else beta + (modulus - beta) * into.liquid
-    grown = into.room * (into.room * flow - swept)
+    grown = into.grown(flow, swept)
     if hose is None:
         b.rate(into.name, stiff * grown / volume)
     else:

@@ -51,16 +51,18 @@ _VALVE = {
 }
 """Slots inside a valve, of which each kind has its own."""
 
+_OIL = ("saturation", "vapour", "gas", "beta")
+
 _PLANT = {
     "supply": Slot("supply pressure [Pa] at the valve"),
     "supply_flow": Slot(
         "nothing: here the flow [m^3/s] drawn from the supply is known, and that of another function",
         ("flow", "other", "rated", "supply"),
     ),
-    "ports": Slot("pressures (of A, of B) [Pa] at the valve, where they are measured"),
+    "ports": Slot("pressures (of A, of B) [Pa] at the valve, where they are measured", _OIL),
     "line_flows": Slot(
         "flows (into A, out of B) [m^3/s] of all valves, as they come to the chambers",
-        ("pa", "pb", "volume", "beta", "rated", "feed"),
+        ("pa", "pb", "room_a", "room_b", "volume", "rated", "feed", *_OIL),
     ),
     "leakage": Slot("leaks (from A, from B) [m^3/s] to the outside", ("pa", "pb", "drain", "position", "internal")),
     "modulus": Slot("bulk modulus [Pa] of the oil in a chamber", ("pressure",)),

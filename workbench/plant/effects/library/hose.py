@@ -5,7 +5,9 @@ capacitance C = r V/beta of a line, r its volume over the chamber's mean one V a
 
     C PA' = QA - qA,  qA' = C w0^2 (PA - pA - dp(qA)),  C PB' = qB - QB,  qB' = C w0^2 (pB - PB - dp(qB))
 
-A line below 1 % of V comes on as 1 - exp(-1e6 r), so that one without volume is none; its oil has no gas.
+above saturation; below, gas comes out of the oil as in a chamber (plant/oil.py) and goes along: of what flows, the share
+of oil is that in the volume it leaves, so that a column that runs on empties none. A line below 1 % of V comes on as
+1 - exp(-1e6 r), so that one without volume is none; no air is in its oil.
 """
 
 from collections.abc import Callable
@@ -13,6 +15,7 @@ from functools import partial
 
 import casadi as ca
 
+from ...gas import Filling, filling
 from ..decorator import effect, number, state
 from ..effect import EffectNumber, Scope
 
@@ -29,19 +32,30 @@ def _mixed(value: ca.SX, line: ca.SX, s: Scope) -> ca.SX:
     return value + _on(s) * (line - value)
 
 
+def _near(s: Scope, side: str) -> Filling:
+    """What fills the line of a side."""
+    return filling(s.x(f"P{side}"), *(s[name] for name in ("saturation", "vapour", "gas", "beta")))
+
+
 def _near_ends(ports: _Pair, s: Scope) -> _Pair:
     """PA, PB in place of pA, pB."""
-    return _mixed(ports[0], s.x("PA"), s), _mixed(ports[1], s.x("PB"), s)
+    return _mixed(ports[0], _near(s, "A").pressure, s), _mixed(ports[1], _near(s, "B").pressure, s)
 
 
 def _through(flows: _Pair, s: Scope, slowed: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> _Pair:
     """qA, qB in place of QA, QB; `slowed` is C w0^2 dp of a flow, with C and w0."""
     w0, capacity = 2 * ca.pi * s.p("f"), ca.fmax(s.p("r"), _LEAST) * s["volume"] / s["beta"]
-    for side, chamber, flow, sign in (("A", s["pa"], flows[0], 1), ("B", s["pb"], flows[1], -1)):
-        q, near = s.x(f"q{side}"), s.x(f"P{side}")
-        s.rate(f"P{side}", sign * (flow - q) / capacity)
-        s.rate(f"q{side}", sign * capacity * w0 * w0 * (near - chamber) - slowed(q, capacity, w0))
-    return _mixed(flows[0], s.x("qA"), s), _mixed(flows[1], s.x("qB"), s)
+    through = []
+    for side, chamber, room, flow, sign in (
+        ("A", s["pa"], s["room_a"], flows[0], 1),
+        ("B", s["pb"], s["room_b"], flows[1], -1),
+    ):
+        q, near = s.x(f"q{side}"), _near(s, side)
+        given, oil = flow / ca.if_else(sign * flow > 0, 1, near.room), q / ca.if_else(sign * q > 0, near.room, room)
+        s.rate(f"P{side}", near.grown(sign * (given - oil)) / capacity)
+        s.rate(f"q{side}", sign * capacity * w0 * w0 * (near.pressure - chamber) - slowed(q, capacity, w0))
+        through.append(_mixed(flow, oil, s))
+    return through[0], through[1]
 
 
 def _numbers(loss: EffectNumber) -> tuple[EffectNumber, ...]:
