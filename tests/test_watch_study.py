@@ -118,6 +118,19 @@ def test_the_table_of_mended_rigs_is_that_of_those_that_were_watched():
     assert rows
 
 
+def test_the_table_of_two_wears_is_that_of_those_that_were_watched():
+    lines = [line for line in PAGE.splitlines() if re.match(r"\| [\w.]+\+", line)]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    rows = WATCHED["two"]
+    assert cells == [
+        [f"{row['wear']}+{row['beside']}", row["noise"], _cell(row["told"], 0), names(row["alarms"])] for row in rows
+    ]
+    both = sum(row["right"] for row in rows)
+    assert (both, len(rows)) == (3, 5)
+    assert "Both are told on three of five" in PAGE
+    assert not any(row["wrong"] for row in rows)
+
+
 def test_the_page_states_the_rate_and_the_forecasts_that_were_measured():
     forecasts = WATCHED["forecasts"]
     drawn = [

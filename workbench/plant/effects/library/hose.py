@@ -5,9 +5,9 @@ capacitance C = r V/beta of a line, r its volume over the chamber's mean one V a
 
     C PA' = QA - qA,  qA' = C w0^2 (PA - pA - dp(qA)),  C PB' = qB - QB,  qB' = C w0^2 (pB - PB - dp(qB))
 
-above saturation; below, gas comes out of the oil as in a chamber (plant/oil.py) and goes along: of what flows, the share
-of oil is that in the volume it leaves, so that a column that runs on empties none. A line below 1 % of V comes on as
-1 - exp(-1e6 r), so that one without volume is none; no air is in its oil.
+above saturation; below, gas comes out of the oil as in a chamber (plant/oil.py) and goes along: of what flows, the
+share of oil is that in the volume it leaves, so that a column that runs on empties none. A line below 1 % of V comes on
+as 1 - exp(-1e6 r), so that one without volume is none; no air is in its oil.
 """
 
 from collections.abc import Callable
