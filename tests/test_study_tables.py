@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import binomtest
 
 from experiments.studies import kept
+from experiments.studies.closed_loop.names import _result as said_of
 from experiments.studies.trace.plan import SHARES
 from experiments.studies.trace.score import FINE, HOW, odds, scores
 
@@ -118,6 +119,19 @@ def test_names_on_hidden_loops_are_counted_as_they_were_traced(lacks, label):
     counts = [len(rows), sum(row["shown"] for row in rows), named, sum(row["result"] == "wrong" for row in rows)]
     assert [int(cell or 0) for cell in cells[1:]] == counts
     assert all(row["shown"] for row in rows if row["result"] in ("right", "tied"))
+
+
+def test_a_wrong_name_beside_the_right_one_is_wrong_where_it_is_not_one_of_both():
+    both = ["main.asymmetry", "jack.friction"]
+    said = {
+        verdict: said_of("jack.friction", {"verdict": verdict, "effects": both})
+        for verdict in ("named", "incomplete", "tied")
+    }
+    assert said == {"named": "wrong", "incomplete": "wrong", "tied": "tied"}
+    assert said_of("jack.friction", {"verdict": "named", "effects": ["jack.friction"]}) == "right"
+    for row in kept("closed_loop/names").rows:
+        if row["effects"]:
+            assert said_of(row["lacks"], row) == row["result"], row["loop"]
 
 
 @pytest.mark.parametrize("study", STUDIES)

@@ -84,12 +84,17 @@ def _lacking(name: str, formula: str, size: float, rig: Rig) -> tuple[Effect, di
 
 
 def _result(name: str, metrics: Mapping[str, Any]) -> str:
-    """right, tied, wrong; unknown, or hidden where the records were said not to show it; clean."""
+    """right, tied, wrong; unknown, or hidden where the records were said not to show it; clean.
+
+    A second name beside the right one is wrong, unless the answer says that it is one of both.
+    """
     named = list(metrics["effects"]) if metrics["verdict"] in ("named", "tied", "incomplete") else []
     if name == NOTHING:
         return "wrong" if named else "clean" if metrics["verdict"] == "none" else "unknown"
     if named:
-        return "wrong" if name not in named else "right" if len(named) == 1 else "tied"
+        if metrics["verdict"] == "tied" and name in named:
+            return "tied"
+        return "right" if named == [name] else "wrong"
     shown = name in metrics.get("told", {}).get("shown", ())
     return "unknown" if shown and metrics["verdict"] == "unknown" else "hidden"
 
