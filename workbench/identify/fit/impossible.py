@@ -60,7 +60,7 @@ def _check_position(campaign: Campaign, record: Record, rig: Rig) -> None:
 
 
 def _check_force(campaign: Campaign, record: Record, rig: Rig) -> None:
-    """Of the load cell, also where it is what acts on the jack."""
+    """The load cell's, also where it is what acts on the jack."""
     limit = rig.limit("force")
     peak = max(float(np.max(np.abs(record.signals.get(name, np.zeros(1))))) for name in ("force", "disturbance"))
     if peak > _BEYOND * limit:
