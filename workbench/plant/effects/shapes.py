@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...rigs.oil import ATMOSPHERE, GAS_CONTENT, VAPOUR_PRESSURE
 from .effect import Effect, Scope
 from .natural import PASSAGES, NaturalVariable, variable
 from .slots import SLOTS
@@ -27,6 +28,11 @@ HELD: Mapping[str, float] = {
     "feed": 2e7,
     "volume": 1e-3,
     "beta": 1e9,
+    "saturation": -ATMOSPHERE,  # a liquid at any pressure
+    "vapour": VAPOUR_PRESSURE,
+    "gas": GAS_CONTENT,
+    "room_a": 1.0,
+    "room_b": 1.0,
     "high": 2e7,
 }
 """What a slot offers besides the variable [SI], where nobody says; anything else is 0."""
