@@ -60,7 +60,7 @@ def _check_position(campaign: Campaign, record: Record, rig: Rig) -> None:
 
 
 def _check_force(campaign: Campaign, record: Record, rig: Rig) -> None:
-    """The load cell's, also where it is what acts on a jack in its maker's loop; what is computed of a payload is none."""
+    """The load cell's, also where it acts on a jack in its maker's loop; what is computed of a payload is none."""
     limit, names = rig.limit("force"), ("force", "disturbance") if rig.inner else ("force",)
     peak = max(float(np.max(np.abs(record.signals.get(name, np.zeros(1))))) for name in names)
     if peak > _BEYOND * limit:
