@@ -67,6 +67,8 @@ def test_the_loop_holds_any_place_by_what_it_is_asked(rig, position):
     assert rig.inner is not None
     for u in (rest.u, lanes.u[0]):
         assert u[0] * rig.inner.full_command == pytest.approx(position, abs=1e-4)
+    asked = equilibria(plant, plant.p[None], np.array([position]), command=position / rig.inner.full_command)
+    assert asked.u[0, 0] * rig.inner.full_command == position
     there = moved(plant, plant.p[None], lanes, 0.0)
     assert there.ok.all()
     assert abs(there.u[0, 0]) < 1e-2

@@ -41,7 +41,7 @@ def equilibria(
     w = np.tile(np.append(nominal.x, nominal.u), (len(p), 1))
     columns, balanced = unknowns(plant, command)
     if len(balanced) < plant.n:  # a jack
-        _place(plant, w, position)
+        _place(plant, w, position, command is None)
     _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, columns, balanced)
 
@@ -54,15 +54,16 @@ def moved(
     Newton steps start at `points`: few, for the position changes little but the chambers' volumes.
     """
     w = np.append(points.x, points.u, axis=1)
-    _place(plant, w, position)
+    _place(plant, w, position, True)
     _set_inputs(plant, w, inputs)
     return _solved(plant, p, w, *unknowns(plant, None))
 
 
-def _place(plant: Plant, w: np.ndarray, position: np.ndarray | float) -> None:
-    """Write a position [m] into w = [x, u] [lanes, n + m], with what holds it there."""
+def _place(plant: Plant, w: np.ndarray, position: np.ndarray | float, held: bool) -> None:
+    """Write a position [m] into w = [x, u] [lanes, n + m], and, where it is to be `held`, the command that does."""
     x = plant.state("x")
-    w[:, plant.n] += plant.command_at(position) - plant.command_at(w[:, x])
+    if held:
+        w[:, plant.n] += plant.command_at(position) - plant.command_at(w[:, x])
     w[:, x] = position
 
 

@@ -2,7 +2,7 @@
 
 answer, metrics           the answer as an object and as plain numbers
 learned_page              what was learned, beside the library's formulas
-words, effect_words, tables    what the report is made of
+words, cautions, effect_words, tables    what the report is made of
 told        which effects a closed loop lets through
 reasons     what the rule says of a candidate, and the numbers by which it does
 without     names of effects that are not to be tried

@@ -23,9 +23,9 @@ from ...plant.effects.natural import NaturalVariable, variable, variables
 from ...plant.effects.shapes import OPEN
 from ...report import Curve, Figure, Panel, Section
 from ..common.error_page import AFTER
+from .cautions import title
 from .metrics import ranking
 from .tables import effects_numbers
-from .words import title
 
 _FORMULAS = 3  # of the library, drawn beside
 _TURN = 3.0  # times what a sign is spread over: nearer to 0 a law turns

@@ -4,17 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...base.units import from_si
 from ...base.words import agreed, counted, listed
-from ...identify.fit.solver import Fit
 from ...identify.found.alike import explain_alike
-from ...identify.found.fitted import effect_numbers, fitted, not_physical, pinned_sentence
+from ...identify.found.fitted import fitted, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.found.shifted import SHIFT, LoggerShift, shifts
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
-from ...plant.effects import Effect, EffectNumber, known_effects
+from ...plant.effects import Effect
 from ...plant.effects.declared import effects_for
+from .cautions import at_end, of_the_logger, strange, title, with_ends
 from .effect_words import ALL_EFFECTS
 from .metrics import MANY, numbers_of, ranking
 from .reasons import reason
@@ -86,10 +85,8 @@ def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Se
     beyond = [each.number.name for each in wrong]  # the rig's own stands at the end from which another one was found
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
     ends = [name for name in ends if name not in beyond]
-    text += "".join(
-        _strange(fit.candidate.effect, trace) + _at_end(fit.candidate.effect, trace) for fit in trace.effects
-    )
-    text += _of_the_logger(trace)
+    text += "".join(strange(fit.candidate.effect, trace) + at_end(fit.candidate.effect, trace) for fit in trace.effects)
+    text += of_the_logger(trace)
     if ends:
         text += f" Careful: {listed(ends)} went to the end of what the rig file allows."
     if ends or trace.verdict in ("incomplete", "unknown"):
@@ -122,60 +119,6 @@ def _trusted(trace: Trace, numbers: int) -> str:
     if numbers == 1:
         return f" The interval is that {error}: the true value may lie outside it."
     return f" The intervals are those {error}: the true values may lie outside them."
-
-
-def _strange(effect: Effect, trace: Trace) -> str:
-    """A warning where fitted numbers are what the formula's physics excludes."""
-    limits = {number.name: number.at_least for number in effect.numbers}
-    below = [f"{name} below {limits[name]}" for name in not_physical(effect, trace.named.fit)]
-    if not below:
-        return ""
-    return f" Careful: {title(effect)} is fitted with {listed(below)}, which is not physical: its shape is another."
-
-
-def _of_the_logger(trace: Trace) -> str:
-    """The effects that are not sought, for those named explain nearly all that they do, and what tells them apart."""
-    tell = " Loop the command back into the logger, or declare the logger's setting and trace again."
-    if any(fit.candidate.effect.alike for fit in trace.effects):
-        return f" A part of the delay may be the command's own, which records of a plant cannot tell.{tell}"
-    kin = {fit.candidate.effect.kin for fit in trace.effects}
-    declared = {use.name for use in trace.problem.rig.effects}
-    alike = dict.fromkeys(e.name for e in known_effects() if e.alike in kin and e.name not in declared)
-    if not alike:
-        return ""
-    said = listed([f"{ALL_EFFECTS[name]} ({name})" for name in alike], "or")
-    return (
-        f" It may as well be that {said}, which looks much like a late command and is sought only where that leaves "
-        f"a misfit.{tell}"
-    )
-
-
-def _at_end(effect: Effect, trace: Trace) -> str:
-    """A warning where fitted numbers stand at an end of what a fit may search, but for off."""
-    fit = trace.named.fit
-    ends = _effect_ends(effect, fit)
-    if not ends:
-        return ""
-    values = effect_numbers(effect, fit)
-    said = listed([f"{n.name} at {from_si(values[n.name], n.shown, n.si):.3g} {n.shown}" for n in ends])
-    return f" Careful: {title(effect)} is fitted with {said}, the end of its range: the rig may be beyond it."
-
-
-def _effect_ends(effect: Effect, fit: Fit) -> list[EffectNumber]:
-    """The numbers of an effect that a fit left at an end of their ranges, but for off."""
-    ends = [number for number in effect.fitted if effect.key(number.name) in fit.at_bounds]
-    values = effect_numbers(effect, fit) if ends else {}
-    return [number for number in ends if values[number.name] != number.off]
-
-
-def _with_ends(candidate_fit: CandidateFit, trace: Trace) -> str:
-    """Which numbers a fit needed at an end of their ranges: it may fail for want of room, and not of another effect."""
-    fit = candidate_fit.refitted.fit
-    ends = [entry.number.name for entry in fitted(trace.problem.rig, fit) if entry.pushed]
-    for effect in candidate_fit.refitted.effects:
-        ends += [effect.key(number.name) for number in _effect_ends(effect, fit)]
-    where = "the end of its range" if len(ends) == 1 else "the ends of their ranges"
-    return f" with {listed(ends)} at {where}" if ends else ""
 
 
 def _acts(effect: Effect) -> str:
@@ -222,11 +165,6 @@ def shape_words(effect: Effect, words: str) -> str:
 def _times(value: float) -> str:
     """A ratio to the noise: three digits after the point where it is near 1."""
     return f"{value:.3f}" if value < 1.1 else f"{value:.3g}"
-
-
-def title(effect: Effect) -> str:
-    """ "jack.friction (stribeck)"."""
-    return f"{effect.name} ({effect.formula})" if effect.formula else effect.name
 
 
 def next_records(trace: Trace) -> list[tuple[str, str]]:
@@ -336,13 +274,13 @@ def _nearest(trace: Trace) -> str:
     """What comes nearest to an explanation, and why it is none."""
     if trace.refuted:
         names = listed([title(fit.candidate.effect) for fit in trace.refuted])
-        ends = _with_ends(trace.refuted[-1], trace)
+        ends = with_ends(trace.refuted[-1], trace)
         before, after = trace.heldout[0], trace.refuted_errors
         if after and before.explained(after) >= decide.NAMED:
             least = f"with so much left {100 * decide.asked(after.chi2):.0f} % would name it"
-            gone, takes = _percent(before.explained(after)), "take" if len(trace.refuted) > 1 else "takes"
-            left = _times(np.sqrt(after.chi2))
-            return f"; {names}{ends} {takes} away {gone} of it and leave{takes[4:]} {left} times the noise ({least})"
+            gone, left = _percent(before.explained(after)), _times(np.sqrt(after.chi2))
+            takes, leaves = ("take", "leave") if len(trace.refuted) > 1 else ("takes", "leaves")
+            return f"; {names}{ends} {takes} away {gone} of it and {leaves} {left} times the noise ({least})"
         return f"; {names}{ends} would explain the train records, but the held-out records do not bear it out"
     best = ranking(trace)
     if not best:
@@ -350,7 +288,7 @@ def _nearest(trace: Trace) -> str:
     fit, share = best[0]
     said = f", and the best effect, {title(fit.candidate.effect)}, takes away"
     if share < decide.NAMED:
-        ends = _with_ends(fit, trace)
+        ends = with_ends(fit, trace)
         return f"{said} only {_percent(share)} of it{ends} ({100 * decide.NAMED:.0f} % would name it)"
     search = next(each for each in trace.passes if any(fit is other for other in each.tried))
     return f"{said} {_percent(share)} of it: {reason(trace, search, fit)}"

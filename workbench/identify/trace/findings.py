@@ -77,12 +77,11 @@ class Trace:
     `named` is the fit with them, `final` that with what was `learned` of their shape, or of an unknown, on top.
     `heldout` are the errors of `base`, `named` and `final` on the held-out records. `refuted` are effects that
     explained what was selected by, but not the held-out records, of which they left `refuted_errors`: nothing is named.
-    `evidence`: gain in log-likelihood
-    of a disturbance in each equation, most first; `parity_residuals`: chi2 of the equations that measured signals test
-    by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what the named effects leave of the held-out
-    records is gone once their numbers are fitted to these too. `several`: the rig is known to lack more than one. Not
-    `finished`: the time for the search was over before all was tried. `candidates`: how many effects and numbers it
-    chose from. `told`: of a closed loop, which effects its records show.
+    `evidence`: gain in log-likelihood of a disturbance in each equation, most first; `parity_residuals`: chi2 of the
+    equations that measured signals test by themselves. Both are empty where chi2 is at the floor. `by_numbers`: what
+    the named effects leave of the held-out records is gone once their numbers are fitted to these too. `several`: the
+    rig is known to lack more than one. Not `finished`: the time for the search was over before all was tried.
+    `candidates`: how many effects and numbers it chose from. `told`: of a closed loop, which effects its records show.
     """
 
     problem: EstimationProblem

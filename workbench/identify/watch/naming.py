@@ -20,6 +20,7 @@ from ..fit.solver import Fit
 from ..fit.windows import Windows
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel, refit, refit_all_windows, with_selection
+from ..trace.rule import PAIR
 from ..trace.score import NuisanceProjection
 from .changes import gains
 from .history import History, marginal, wander
@@ -33,7 +34,6 @@ MOST_NAMES = 4
 SECOND = 0.1  # of a change: what a second suspect has to take beside an effect, whose formula may be another one,
 BESIDE = 0.005  # and beside a number or a signal, which leave nothing;
 OF_LEFT = 4.0  # and what is left without either, over what both leave
-BOTH = 0.95  # of a change: what two suspects have to explain, as the rule of a trace asks of a pair
 WEAR = 15.0  # a number may become so many times more or less
 _ROUNDS, _AGAIN = 10, 2
 _START = 0.3  # of an effect's typical strength
@@ -234,10 +234,10 @@ def pair_of(
 ) -> Name | None:
     """The two suspects that explain a change together, where each takes the `least` beside the other at least, and
     nearly all that this leaves: `axis` is the one that explains more alone, `among` those that do as well as the other
-    beside it. None where no pair explains BOTH, or others do as well in which that one is not."""
+    beside it. None where no pair explains PAIR, or others do as well in which that one is not."""
     left = {pair: _left(each, usual) for pair, each in pairs.items()}
     best = min(left, key=lambda pair: left[pair], default=None)
-    if best is None or 1 - left[best] < BOTH:
+    if best is None or 1 - left[best] < PAIR:
         return None
     if any(_left(one[axis], usual) < max(left[best] + least[axis], OF_LEFT * left[best]) for axis in best):
         return None
