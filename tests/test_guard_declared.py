@@ -21,7 +21,7 @@ from workbench.loop.guarded_controller import Guard
 from workbench.loop.sampled_loop import SampledLoop
 from workbench.loop.sensors import Sensors
 from workbench.plant import build
-from workbench.plant.effects import find
+from workbench.plant.effects import LIBRARY, applies, find
 from workbench.rigs import schema
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
@@ -196,6 +196,23 @@ def test_a_jack_that_an_overlap_holds_is_a_fault_unless_its_flow_may_be_another(
     run = SampledLoop(held, rig, law, REST, 1).run(np.full(400, 0.02))
     assert (run.tripped or "").startswith(trip)
     assert (run.tripped is None) == (not trip)
+
+
+def declaring(effect, formula, **numbers):
+    """A rig whose file declares an effect without its numbers, or with some, and a loop of it that is slow."""
+    given = {name: Number(name, value, "1", "1", "") for name, value in numbers.items()}
+    rig = replace(load_rig("jack-10t"), effects=(EffectUse(effect, formula, given),))
+    law = controller("controllers.p:P", gain=0.24).build(PERIOD)
+    return Engine(build(rig)), rig, law, equilibrium(build(rig)), 1
+
+
+FIRST = {each.name: each for each in reversed(LIBRARY) if applies(each, load_rig("jack-10t"))}
+
+
+@pytest.mark.parametrize("effect", FIRST.values(), ids=FIRST.keys())
+def test_no_declared_effect_at_typical_strength_trips_a_slow_loop(effect):
+    """The first formula of each name."""
+    assert SampledLoop(*declaring(effect.name, effect.formula)).run(np.full(400, 0.02)).tripped is None
 
 
 def test_every_key_of_the_guard_is_in_the_table_of_the_documents(tmp_path):

@@ -206,7 +206,8 @@ def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping
 
 
 def numbers_of(rig: Rig | LinearRig) -> dict[str, Number]:
-    """All numbers that a rig declares, its own and those of its effects, by the plant's names for them, SI.
+    """All numbers of a rig, its own and those of the effects that it declares, by the plant's names for them, SI; one
+    of an effect that its file does not give is the typical one, without bounds.
 
     Raises InputError for an effect that there is not, or a number that it has not.
     """
@@ -216,9 +217,9 @@ def numbers_of(rig: Rig | LinearRig) -> dict[str, Number]:
     known = known_effects(rig.effect_files)
     for use in rig.effects:
         effect, _ = _resolve(use, known)
-        specs = {number.name: number for number in effect.numbers}
-        for name, given in use.numbers.items():
-            numbers[effect.key(name)] = replace(_in_si(use, specs[name], given), name=effect.key(name))
+        for spec in effect.numbers:
+            given = use.numbers.get(spec.name) or Number(spec.name, spec.typical, spec.si, spec.si, "typical")
+            numbers[effect.key(spec.name)] = replace(_in_si(use, spec, given), name=effect.key(spec.name))
     return numbers
 
 
