@@ -215,6 +215,17 @@ def test_no_declared_effect_at_typical_strength_trips_a_slow_loop(effect):
     assert SampledLoop(*declaring(effect.name, effect.formula)).run(np.full(400, 0.02)).tripped is None
 
 
+@pytest.mark.parametrize("formula", ["lumped", "turbulent"])
+@pytest.mark.parametrize("step", [0.1, 0.2])
+def test_a_hose_between_pressures_and_chambers_is_no_disagreement_but_a_wrong_pressure_is(formula, step):
+    loop = declaring("line.hose", formula)
+    assert SampledLoop(*loop).run(np.full(600, step)).tripped is None
+    wrong = Fault("wrong", "pa", readings=lambda y, _: y | {"pa": y["pa"] + 6e6})
+    faulty = FaultyLoop(*loop, wrong, lambda k, _: k >= 300)
+    assert faulty.run(np.full(600, step)).tripped == "force, pressures and acceleration do not agree"
+    assert faulty.tripped_at < 450
+
+
 def test_every_key_of_the_guard_is_in_the_table_of_the_documents(tmp_path):
     section = (EXPERIMENTS.parent / "docs/results/guard.md").read_text()
     rows = dict(re.findall(r"^\| `(\w+)` in `\[(?:limits|control)\]`(, optional)? \|", section, re.MULTILINE))

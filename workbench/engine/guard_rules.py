@@ -84,7 +84,8 @@ def _implausible(sample: Sample, after: Parts) -> list[tuple[str, ca.SX]]:
     wrong = [("observer", gap > q["allowed"] + q["flow_share"] * after["travel"] + ca.fabs(strain))]
     if sample.shape.balances:  # a load that nothing measures is no fault
         impulse = ca.fabs(after["impulse"] - q["mass"] * after["change"])
-        allowed = q["allowed_impulse"] + q["mass_share"] * q["mass"] * ca.fabs(after["change"])
+        allowed = q["allowed_impulse"] + (q["mass_share"] * q["mass"] + q["line_mass"]) * ca.fabs(after["change"])
+        allowed += q["line_drag"] * after["travel"]
         wrong.insert(0, ("impulse", impulse > allowed))
     stands = after["still"][sample.shape.at("position")] * q["period"] * ca.fabs(after["flow"]) > q["allowed"]
     return wrong + [("lost", ca.logic_and(holds, stands)) for _, holds in wrong]

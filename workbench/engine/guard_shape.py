@@ -80,7 +80,7 @@ class GuardShape:
         names += ("mass", "braking", "stall", "over", "late", "latency", "opening", "fade", "following", "patience")
         names += ("forget", "allowed", "flow_share", "mass_share", "allowed_impulse", "friction", "lag", "null")
         names += ("flow_a", "flow_b", "lap", "travel", "oil", "specimen", "area_a", "area_b", "supply", "drain")
-        names += ("weight", "drag", "pushed", "largest", "pressure", "least_pressure")
+        names += ("weight", "drag", "pushed", "largest", "pressure", "least_pressure", "line_mass", "line_drag")
         return places(**dict.fromkeys(names, 1), repeats=len(self.read))
 
     def at(self, name: str) -> int:

@@ -101,7 +101,7 @@ _UNKNOWN = {
     **dict.fromkeys(
         ("over", "late", "latency", "hold", "null", "flow_a", "flow_b", "specimen", "friction", "weight", "drag"), 0.0
     ),
-    **dict.fromkeys(("area_a", "area_b", "supply", "drain"), 0.0),
+    **dict.fromkeys(("area_a", "area_b", "supply", "drain", "line_mass", "line_drag"), 0.0),
     **dict.fromkeys(("mass", "lag", "lap", "travel"), 1.0),
 }
 
@@ -149,7 +149,7 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
     flow, (stall, _, full) = rig["n"] * rig["K3"], _forces(rig)
     valve = _valve_lag(rig)
     late = rig.period.value + _delay(rig) + valve
-    sensor = rig.sensors.get("position")
+    sensor, (line_mass, line_drag) = rig.sensors.get("position"), _line(rig)
     return {
         "over": min(_OVER * rig.limit("stroke"), max(0.0, rig["S"] / 2 - rig.limit("stroke")) / 2),
         "late": late,
@@ -167,6 +167,8 @@ def _jack_numbers(rig: Rig) -> dict[str, float]:
         "area_b": area_b,
         "supply": rig["Ps"],
         "drain": rig["Pr"],
+        "line_mass": line_mass,
+        "line_drag": line_drag,
     }
 
 
@@ -220,6 +222,26 @@ def _dry_friction(rig: Rig) -> float:
     """Coulomb friction [N] that the rig declares; the sign of it is that of the speed."""
     own = (number for name, number in _numbers_of(rig).items() if name.startswith("jack.friction."))
     return max((number.value for number in own if number.si == "N"), default=0.0)
+
+
+def _line(rig: Rig) -> tuple[float, float]:
+    """What mass [kg] and drag [N s/m] the oil of the hoses is for the piston, which pressures at the valve have beyond
+    those of the chambers: A^2 of both times inertance, 1/(C w0^2), and most loss over flow."""
+    from ..plant.effects.library.hose import capacitance  # here: what only reads an experiment needs no graph
+    from ..plant.valve.lands import rated_flow
+
+    parts = ((name.rpartition("."), number.value) for name, number in _numbers_of(rig).items())
+    own = {name: value for (of, _, name), value in parts if of == "line.hose"}
+    if not own.get("r"):
+        return 0.0, 0.0
+    areas, w0 = np.array(rig.areas), 2 * math.pi * own["f"]
+    volume = rig["S"] / 2 * areas.mean() + np.mean(rig.dead_volumes)
+    inertance = 1 / (float(capacitance(own["r"], volume, rig["beta"])) * w0 * w0)
+    if "zeta" in own:
+        resistance = np.full(2, 2 * own["zeta"] * w0 * inertance)
+    else:
+        resistance = own["loss"] * rig["Ps"] * areas * rig.limit("speed") / rated_flow(rig) ** 2
+    return inertance * float(areas @ areas), float(resistance @ areas**2)
 
 
 def _delay(rig: Rig) -> float:

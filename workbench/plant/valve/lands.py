@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from ...rigs.rig import Rig
 from ..assembly import Assembly
 from ..orifice import exponential_lap, land_flows
 
@@ -56,6 +57,6 @@ def main_flows(b: Assembly, openings: tuple[ca.SX, ca.SX], lands: Lands) -> tupl
     return b.slot("main_flows", flows, opening=openings[0] - openings[1])
 
 
-def rated_flow(b: Assembly) -> ca.SX:
+def rated_flow(b: Assembly | Rig) -> ca.SX:
     """Flow [m^3/s] of all valves at full travel and 35 bar a land."""
     return b["n"] * b["K3"] * b["z3max"] * _RATED_DROP**0.5

@@ -32,6 +32,11 @@ def _mixed(value: ca.SX, line: ca.SX, s: Scope) -> ca.SX:
     return value + _on(s) * (line - value)
 
 
+def capacitance(r: ca.SX | float, volume: ca.SX | float, beta: ca.SX | float) -> ca.SX:
+    """C [m^3/Pa] of a line, of its share r of the chambers' mean volume [m^3]."""
+    return ca.fmax(r, _LEAST) * volume / beta
+
+
 def _near(s: Scope, side: str) -> Filling:
     """What fills the line of a side."""
     return filling(s.x(f"P{side}"), *(s[name] for name in ("saturation", "vapour", "gas", "beta")))
@@ -44,7 +49,7 @@ def _near_ends(ports: _Pair, s: Scope) -> _Pair:
 
 def _through(flows: _Pair, s: Scope, slowed: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> _Pair:
     """qA, qB in place of QA, QB; `slowed` is C w0^2 dp of a flow, with C and w0."""
-    w0, capacity = 2 * ca.pi * s.p("f"), ca.fmax(s.p("r"), _LEAST) * s["volume"] / s["beta"]
+    w0, capacity = 2 * ca.pi * s.p("f"), capacitance(s.p("r"), s["volume"], s["beta"])
     through = []
     for side, chamber, room, flow, sign in (
         ("A", s["pa"], s["room_a"], flows[0], 1),
