@@ -98,7 +98,7 @@ def test_a_piston_may_be_told_by_bore_and_rod_and_a_hose_by_bore_and_length(tmp_
     for name, hose in (("on", ""), ("beside", "20 mm / 2 m\n")):
         monkeypatch.setattr("sys.stdin", StringIO(answers + hose))
         assert main(["new", name, "--ask", "two-stage"]) == 0
-    assert "36 mm x 50 mm: " in capsys.readouterr().out  # no rod is thicker than its piston
+    assert "a rod of 50 mm is no thinner than a bore of 36 mm" in capsys.readouterr().out
     on, beside = (load_rig(f"{name}/rig.toml") for name in ("on", "beside"))
     assert (on["AA"], on["AB"]) == pytest.approx((np.pi / 4 * 0.05**2, np.pi / 4 * (0.05**2 - 0.036**2)), rel=1e-4)
     assert "bore and rod, 50 mm x 36 mm" in on.numbers["AB"].source

@@ -224,7 +224,7 @@ def test_figures_that_no_valve_has_are_refused(tmp_path, old, new, words):
         ('M = {value = 200, unit = "kg"}', "", ["missing: load.M", "moving mass"]),
         ('stage = "main"', 'stage = "pilot"', ["missing", "[[valve.response]]", "main"]),
         ('f90 = {value = 80, unit = "Hz"}\n', "", ["missing: f90 of", "main"]),
-        ("reference = {value = 2,", "reference = {value = 70,", ["main_100", "below f3db"]),
+        ("reference = {value = 2,", "reference = {value = 70,", ["response.1.reference", "below f3db"]),
         ("S = {value = 300", "S = {value = true", ["jack.S", "must be a finite number"]),
         ('unit = "mm"}', 'unit = "mm", bound = 3}', ["jack.S.bound"]),
         ("[load]", "[mass]", ["mass: unknown key"]),

@@ -35,11 +35,14 @@ class Spec:
     high: float
     meaning: str
 
-    def problem(self, value: float) -> str:
-        """What is wrong with a value [SI] outside the range; nothing inside it."""
+    def problem(self, value: float, unit: str = "") -> str:
+        """What is wrong with a value [SI] outside the range, said in a unit; nothing inside it."""
         if self.low <= value <= self.high:
             return ""
-        return f"{value:g} {self.unit} is outside {self.low:g} to {self.high:g} {self.unit}"
+        unit = unit or self.unit
+        shown, low, high = (f"{from_si(number, unit, self.unit):.6g}" for number in (value, self.low, self.high))
+        suffix = "" if unit == "1" else f" {unit}"
+        return f"{shown}{suffix} is outside {low} to {high}{suffix}"
 
 
 _COMMON = """

@@ -15,7 +15,7 @@ tolerances  how far a number may be off where its datasheet does not say
 shut_off    a valve in the lines that the guard closes on a trip
 sampling    what becomes of a reading and of a command at a sampling instant, of numbers, arrays and graphs
 summary     a rig in a few lines, and as a table in a notebook
-datasheet, datasheet_keys    a rig from what makers say; what they have to say
+datasheet, datasheet_keys, datasheet_rules    a rig from what makers say; what they have to say, and what cannot be
 platform/   a platform on six jacks, its file and its kinematics
 linear_rig, linear_form, linear_signals, linear_file, linear_sheet, linear_system    a linear plant of the user's own in
             the place of a rig: what it is, how its model is written, what its outputs are, its file, a measured

@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..base.signals import SIGNALS
 from ..base.table import ConfigTable
 from ..base.toml import read_toml
 from ..base.units import Spec, from_si, to_si, usual_unit
 from . import schema
 from .datasheet_keys import RESPONSE, check_complete, figures
+from .datasheet_rules import RULES, check_together
 from .jack import JACKS
 from .number import Number, read_number
 from .rig import Rig, number_specs
@@ -85,7 +87,11 @@ class Datasheet:
 def load_datasheet(path: str | Path) -> Datasheet:
     """Read a datasheet. Raises InputError with file and key, or with the names of all numbers that are missing."""
     path = Path(path)
-    top = read_toml(path)
+    return read_datasheet(read_toml(path), path.parent, path.stem)
+
+
+def read_datasheet(top: ConfigTable, folder: Path, name: str) -> Datasheet:
+    """A datasheet of a document, as `load_datasheet`; `name` is that of one that says none."""
     if top.values.get("experiment") != KIND:
         raise top.complaint("experiment", f'is no datasheet; write experiment = "{KIND}" on top')
     top.allow("experiment", "name", "title", "source", "supply", "oil", "valve", "jack", "load")
@@ -96,9 +102,9 @@ def load_datasheet(path: str | Path) -> Datasheet:
     like = ("like", "rounding") if kind.needs_geometry else ()
     stated = {**kind.figures, **{key: spec for key, spec in kind.further_figures.items() if key in valve}}
     valve.allow("kind", "response", *like, *kind.figures, *kind.further_figures)
-    geometry = _geometry(valve, kind, path.parent) if like else None
-    return Datasheet(
-        top.text("name", path.stem),
+    geometry = _geometry(valve, kind, folder) if like else None
+    sheet = Datasheet(
+        top.text("name", name),
         top.text("title", ""),
         top.text("source", ""),
         kind.name,
@@ -112,6 +118,12 @@ def load_datasheet(path: str | Path) -> Datasheet:
         _rounding(valve.optional_table("rounding"), geometry) if geometry else {},
         top.values,
     )
+    given = {name: number.value for name, number in sheet.given.items()}
+    try:
+        check_together(RULES, {**sheet.valve, **given, "hose": sheet.hose})
+    except InputError as error:
+        raise top.error(str(error)) from None
+    return sheet
 
 
 def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p") -> Rig:
@@ -258,11 +270,10 @@ def _responses(valve: ConfigTable, kind: ValveKind) -> tuple[DatasheetResponse, 
     for i, response in enumerate(responses):
         if response.id in [other.id for other in responses[:i]]:
             raise entries[i].error(f"{response.id} is there twice; leave one out")
-        if response.reference >= min(response.f3db, response.f90):
-            raise entries[i].complaint("reference", f"of {response.id} must be below f3db and f90")
     return tuple(responses)
 
 
 def _response(entry: ConfigTable, kind: ValveKind) -> DatasheetResponse:
     numbers = {key: entry.quantity(key, spec, "source") for key, spec in RESPONSE.items()}
+    entry.about("reference", lambda: check_together(RULES, numbers))
     return DatasheetResponse(entry.word("stage", kind.stages), **numbers)

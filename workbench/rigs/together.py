@@ -18,9 +18,7 @@ def problem_together(numbers: Mapping[str, "Number"], limits: Mapping[str, "Numb
     """What is wrong with numbers of a rig that are possible one by one, but not beside each other: the table of a rig
     file, the number and a sentence."""
     supply, tank = numbers["Ps"], numbers["Pr"]
-    if supply.value <= tank.value:
-        low, high = (f"{from_si(n.value, n.unit, n.si):.6g} {n.unit}" for n in (supply, tank))
-        problem = f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
+    if problem := pressure_problem(supply.value, tank.value):
         return "supply", "Ps", problem
     if len(given := [name for name in SHARED if name in numbers]) == 1:
         lacking = next(name for name in SHARED if name not in numbers)
@@ -35,6 +33,14 @@ def problem_together(numbers: Mapping[str, "Number"], limits: Mapping[str, "Numb
         problem = f"{allowed} to each side of mid stroke is beyond the end stops, {half}; give half of S at most"
         return "limits", "stroke", problem
     return None
+
+
+def pressure_problem(supply: float, tank: float) -> str:
+    """What is wrong with two pressures [Pa]; nothing where oil would flow from one to the other."""
+    if supply > tank:
+        return ""
+    low, high = (f"{from_si(value, 'bar', 'Pa'):.6g} bar" for value in (supply, tank))
+    return f"{low} is not above the return pressure, {high}, so nothing would move; correct one of them"
 
 
 def check_speed_guard(top: ConfigTable, sensors: Mapping[str, "Sensor"], move: float) -> None:

@@ -2,10 +2,11 @@
 
 import argparse
 import sys
+import tomllib
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from ...rigs.datasheet import load_datasheet
+from ...base.table import ConfigTable
+from ...rigs.datasheet import Datasheet, load_datasheet, read_datasheet
 from ...rigs.platform import load_rig_or_platform
 from ...rigs.rig import Rig
 from ..common.new_folder import check_new, write_folder
@@ -41,24 +42,26 @@ def _files(options: argparse.Namespace) -> dict[str, str]:
     """The text of every file, by its path in the folder."""
     if options.ask == CLOSED_LOOP:
         return closed_loop_files(asked_label(), options.folder.name)
-    sheet: dict[str, str] = {}
-    if options.ask is not None:
-        sheet = {_DATASHEET: asked_datasheet(options.ask, options.folder.name)}
-        with TemporaryDirectory() as place:
-            write_folder(Path(place) / "sheet", sheet)
-            rig = _built(Path(place) / "sheet" / _DATASHEET)
-    else:
-        rig = load_rig_or_platform(options.rig) if options.datasheet is None else _built(options.datasheet)
     from .starter import starter_files
 
-    bundled = None if options.ask or options.datasheet else options.rig
-    return {**starter_files(rig, bundled), **sheet}
+    if options.ask is not None:
+        text, files = asked_datasheet(
+            options.ask, options.folder.name, lambda text: starter_files(_answered(text), None)
+        )
+        return {**files, _DATASHEET: text}
+    if options.datasheet is not None:
+        return starter_files(_built(load_datasheet(options.datasheet)), None)
+    return starter_files(load_rig_or_platform(options.rig), options.rig)
 
 
-def _built(sheet: Path) -> Rig:
+def _answered(text: str) -> Rig:
+    """The rig of a datasheet that is not written yet."""
+    return _built(read_datasheet(ConfigTable(tomllib.loads(text), "the answers"), Path(), _DATASHEET))
+
+
+def _built(sheet: Datasheet) -> Rig:
     """The rig of a datasheet; a three-stage valve is fitted to it, which takes half a minute."""
-    datasheet = load_datasheet(sheet)
     from ...base.checkpoint import no_checkpoint
     from ..new_rig.study import rig_of
 
-    return rig_of(datasheet, no_checkpoint, lambda text: print(text, file=sys.stderr, flush=True))[0]
+    return rig_of(sheet, no_checkpoint, lambda text: print(text, file=sys.stderr, flush=True))[0]

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from ...base.errors import InputError
 from ...base.units import usual_unit
 from ...rigs.datasheet import Datasheet, build_rig, main_lands
+from ...rigs.datasheet_rules import TRAVEL, damping, lap
 from ...rigs.number import Number
 from ...rigs.rig import Rig
 from ...rigs.schema import SUPPLY
@@ -29,8 +30,6 @@ Keep = Callable[[str, Callable[[], Any]], Any]
 _TIGHT = 0.01  # weight of the fit: a figure off by this costs as much as a number at the end of its range
 _STEPS = 12
 _DIFFERENCE = 0.03  # of a range: the step of the slopes
-_TRAVEL = 1e-3  # m: of a spool whose travel is not stated; only flow over travel matters
-_LARGEST_SHARE = 0.2  # of the rated flow of a land, as leakage
 _ORIFICE = 0.61 * np.sqrt(2 / 850)  # flow per area and root of pressure drop of a sharp-edged land, mineral oil
 
 
@@ -52,24 +51,20 @@ class ValveFit:
 def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     """f0, zeta, lands and lap of a second-order valve in closed form; several amplitudes: the mean of their logarithms.
 
-    |H|^2 = 1/2 at f3db: (1 - r^2)^2 + (2 zeta r)^2 = 2 with r = f3db/f90. Leakage at null is two eps-wide paths in
-    parallel. Raises InputError for corners or a leakage that no such valve has.
+    Raises InputError for corners or a leakage that no such valve has.
     """
     f3db, f90 = (_geometric_mean([getattr(r, k) for r in sheet.responses]) for k in ("f3db", "f90"))
-    ratio, lowest, highest = f3db / f90, SECOND_ORDER.numbers["zeta"].low, SECOND_ORDER.numbers["zeta"].high
-    zeta = float(np.sqrt(max(2 - (1 - ratio**2) ** 2, 0))) / (2 * ratio)
-    if not lowest <= zeta <= highest:
-        raise InputError(
-            f"{sheet.name}: no second-order valve has -3 dB at {f3db:g} Hz and -90 deg at {f90:g} Hz "
-            f"(-3 dB lies below {np.sqrt(1 + np.sqrt(2)):.3f} of -90 deg); check f3db and f90"
-        )
-    eps = _lap(sheet, sheet.valve["leakage"])
+    try:
+        zeta, eps = damping(f3db, f90), _lap(sheet, sheet.valve["leakage"])
+        laps = [_lap(sheet, end) for end in sheet.ranges.get("leakage", ())]
+    except InputError as error:
+        raise InputError(f"{sheet.name}: {error}") from None
     values = {
         "f0": (f90, "datasheet: -90 deg"),
         "zeta": (zeta, "datasheet: -3 dB over -90 deg"),
         "z0": (0.0, "datasheet: no offset stated"),
-        "K3": (main_lands(sheet, _TRAVEL, eps), "datasheet: rated flow at full travel"),
-        "z3max": (_TRAVEL, "scale only: the spool's travel is not stated"),
+        "K3": (main_lands(sheet, TRAVEL, eps), "datasheet: rated flow at full travel"),
+        "z3max": (TRAVEL, "scale only: the spool's travel is not stated"),
         "eps": (eps, "datasheet: leakage at null"),
         "n": (sheet.valve["n"], "datasheet"),
     }
@@ -78,7 +73,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     gain = numbers["K3"].value / sheet.valve["rated_flow"]
     stated = {
         "K3": tuple(gain * end for end in sheet.ranges.get("rated_flow", ())),
-        "eps": tuple(max(_lap(sheet, end), least) for end in sheet.ranges.get("leakage", ())),
+        "eps": tuple(max(end, least) for end in laps),
     }
     bounded = {name: replace(numbers[name], low=ends[0], high=ends[1]) for name, ends in stated.items() if ends}
     widths = {
@@ -92,12 +87,8 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
 
 
 def _lap(sheet: Datasheet, leakage: float) -> float:
-    """The lap [m] of a leakage at null [m^3/s]. Raises InputError for one that no valve has."""
-    share = leakage / (2 * sheet.valve["rated_flow"])
-    share *= float(np.sqrt(sheet.valve["rated_drop"] / sheet.valve["leakage_drop"]))
-    if share > _LARGEST_SHARE:
-        raise InputError(f"{sheet.name}: the leakage is {share:.0%} of the rated flow of a land; check both")
-    return float(_TRAVEL * share / (1 - share))
+    valve = sheet.valve
+    return lap(valve["rated_flow"], valve["rated_drop"], leakage, valve["leakage_drop"])
 
 
 def _null(z0: Number, widths: Mapping[str, float]) -> Number:
