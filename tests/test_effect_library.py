@@ -12,7 +12,7 @@ from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
-from workbench.plant.effects import EQUATIONS, LIBRARY, SLOTS, applies, find, missing, valves_with
+from workbench.plant.effects import EQUATIONS, LIBRARY, PUMP_LIBRARY, SLOTS, applies, find, missing, valves_with
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 from workbench.rigs.valve import VALVES
@@ -243,7 +243,8 @@ def test_what_does_not_apply_is_refused(rig):
         *(name for name in NAMES if name.startswith(("main.", "supply."))),
     }
     assert named["pump"] == named["two-way-pump"] == set(NAMES) - spools
-    for effect in LIBRARY:
+    for effect in (*LIBRARY, *PUMP_LIBRARY):
+        assert bool(effect.kinds) == bool(effect.elsewhere)
         assert all(bool(missing(effect, kind)) == (kind not in effect.valves) for kind in VALVES)
     declared = replace(training, effects=(EffectUse("drive.lag", "", {}),))
     message = (

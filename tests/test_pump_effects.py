@@ -138,7 +138,7 @@ def test_slopes_exist_and_run_as_machine_code(cycle, effect):
 def test_a_rig_declares_one_by_name(cycle):
     declared = replace(cycle.rig, effects=(EffectUse("hose.compliance", "stiffening", {}),))
     assert "hose.compliance.CA" in build(declared).parameters
-    with pytest.raises(InputError, match="does not apply to a three-stage valve"):
+    with pytest.raises(InputError, match="a three-stage valve, which has no direction valves that join"):
         build(replace(load_rig("jack-10t"), effects=(EffectUse("sensor.zero", "", {}),)))
 
 

@@ -133,6 +133,7 @@ BAD = (
     ("x = = 1", "line 1: invalid syntax"),
     ("\nimport nowhere_at_all", "line 2: ModuleNotFoundError: No module named 'nowhere_at_all'"),
     (DRAG.replace('"force",', '"forces",'), 'line 5: my.drag quadratic: no equation "forces"; did you mean "force"?'),
+    (DRAG.replace("    slot=", "    kinds=('pump',),\n    slot="), 'say in elsewhere = "no ..." why'),
     (DRAG.replace("my.drag", "drag"), 'effect name "drag": write it like "my.drag"'),
     (DRAG.replace("body_force", "body_farce"), 'no slot "body_farce"; did you mean "body_force"?'),
     (DRAG.replace("off=0.0", "off=-1.0"), "my.drag quadratic: c: typical and off must lie between low and high"),

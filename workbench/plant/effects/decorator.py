@@ -74,19 +74,21 @@ def effect(
     family: str = "",
     also: Mapping[str, Law] | None = None,
     kinds: tuple[str, ...] = (),
+    elsewhere: str = "",
     alike: str = "",
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
-    those of valve on whose rigs alone it is sought, `alike` a family that explains nearly all that it does. A law that
-    calls what it is given `_` does without, and acts first.
+    those of valve on whose rigs alone it is sought and `elsewhere` what the others have in its stead, `alike` a
+    family that explains nearly all that it does. A law that calls what it is given `_` does without, and acts first.
 
     Raises InputError for a name, equation, slot or number that cannot be.
     """
 
     def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        free = {"kinds": kinds, "alike": alike, "anew": next(iter(signature(law).parameters)) == "_"}
-        new = Effect(name, formula, equation, source, shows, laws, numbers, states, family=family, **free)
+        free = {"kinds": kinds, "elsewhere": elsewhere, "alike": alike, "family": family}
+        anew = next(iter(signature(law).parameters)) == "_"
+        new = Effect(name, formula, equation, source, shows, laws, numbers, states, anew=anew, **free)
         check(new)
         return new
 
@@ -102,6 +104,10 @@ def check(of: Effect) -> None:
     for slot in of.laws:
         if slot not in SLOTS:
             raise InputError(f'{of.title}: no slot "{slot}"; {nearest(slot, SLOTS)}')
+    if of.kinds and not of.elsewhere:
+        raise InputError(
+            f'{of.title}: say in elsewhere = "no ..." why the kinds of valve besides its own do not have it'
+        )
     names = [entry.name for entry in (*of.numbers, *of.states)]
     for name in names:
         if names.count(name) > 1:

@@ -76,11 +76,12 @@ class Effect:
     `equation` is the one of EQUATIONS that lacks it, `family` the effects that look alike, `shows` the excitation that
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
     where it is `interpolated`, the plant holds the mean over each period of what arrives in it. `kinds` are those of
-    valve on whose rigs alone it is sought; without, all that have its slots. `alike` is a family that explains nearly
-    all that it does: it is declared, never sought, and named beside that family. `shifts` names a number of the rig to
-    which its first number is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of
-    its numbers that are 0 where a static curve of many numbers is straight: what tells little of them leaves it so.
-    `anew`: what it passes on does not depend on what it is given, so that it acts before the others in its slot.
+    valve on whose rigs alone it is sought, without any all that have its slots; `elsewhere` is what the others have in
+    its stead, to be read after "a ... valve has". `alike` is a family that explains nearly all that it does: it is
+    declared, never sought, and named beside that family. `shifts` names a number of the rig to which its first number
+    is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of its numbers that are 0
+    where a static curve of many numbers is straight: what tells little of them leaves it so. `anew`: what it passes on
+    does not depend on what it is given, so that it acts before the others in its slot.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Effect:
     delay: str = ""
     interpolated: bool = False
     kinds: tuple[str, ...] = ()
+    elsewhere: str = ""
     alike: str = ""
     shifts: str = ""
     bends: tuple[Mapping[str, float], ...] = ()

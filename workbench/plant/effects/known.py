@@ -75,8 +75,7 @@ def missing(effect: Effect, kind: str) -> str:
     """Why an effect's formula is not on a kind of valve, to be read after "a ... valve has"; empty where it is."""
     if kind in effect.valves:
         return ""
-    sought = f"no place for it, which only {' and '.join(effect.kinds)} valves have"
-    return without(kind, effect.laws) or sought
+    return without(kind, effect.laws) or effect.elsewhere
 
 
 def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:

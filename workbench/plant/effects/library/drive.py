@@ -1,7 +1,9 @@
 """Drive effects, between the command and the pilot current: timing, a current limit, a corrector nobody declared."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import casadi as ca
 
@@ -18,7 +20,11 @@ _FILTER = "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed
 _PID = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: filtered derivative, back-calculation with Tt = Ti"
 _ON_SPOOL = "Astrom, Hagglund, Advanced PID Control, ISA 2006, ch. 3: derivative of the process variable, c = 0"
 
-_WITHOUT_CURRENT = ("second-order", "pump", "two-way-pump")  # kinds whose drive ends in a command of 1
+_OF_COMMAND: dict[str, Any] = {
+    "kinds": ("second-order", "pump", "two-way-pump"),
+    "elsewhere": "a pilot current in its model, of which other formulas of the effect are",
+}
+"""Of drives that end in a command of 1."""
 
 _TAU = number("tau", 1e-3, "s", shown="ms", low=0.0, high=2e-2, off=0.0, meaning="time constant")
 _KI = number("ki", 40.0, "1/s", low=0.0, high=500.0, off=0.0, meaning="integral rate 1/Ti")
@@ -103,7 +109,7 @@ def command_filter(command: ca.SX, s: Scope) -> ca.SX:
     return first_order(command, s, "c")
 
 
-def _two_poles(slot: str, title: str, unit: str, scale: float, kinds: tuple[str, ...]) -> Effect:
+def _two_poles(slot: str, title: str, unit: str, scale: float, bound: Mapping[str, Any]) -> Effect:
     @effect(
         "drive.lag",
         title,
@@ -117,7 +123,7 @@ def _two_poles(slot: str, title: str, unit: str, scale: float, kinds: tuple[str,
             number("zeta", 0.8, "1", low=0.3, high=2.0, meaning="damping ratio"),
         ),
         states=(state("i", unit, scale), state("i_rate", unit, scale)),
-        kinds=kinds,
+        **bound,
     )
     def two_poles(current: ca.SX, s: Scope) -> ca.SX:
         """tau^2 i'' + 2 zeta tau i' + i = demand."""
@@ -126,17 +132,17 @@ def _two_poles(slot: str, title: str, unit: str, scale: float, kinds: tuple[str,
     return two_poles
 
 
-two_poles = _two_poles("current", "two poles", "A", 0.02, ())
-command_two_poles = _two_poles("command", "command two poles", "1", 1.0, _WITHOUT_CURRENT)
+two_poles = _two_poles("current", "two poles", "A", 0.02, {})
+command_two_poles = _two_poles("command", "command two poles", "1", 1.0, _OF_COMMAND)
 
 
-def _saturations(slot: str, title: str, kinds: tuple[str, ...], shows: str) -> tuple[Effect, ...]:
+def _saturations(slot: str, title: str, bound: Mapping[str, Any], shows: str) -> tuple[Effect, ...]:
     """The formulas of drive.saturation for the pilot's current, whose limit is declared, or for the command, at 1."""
 
     def limit(s: Scope) -> ca.SX:
         return s["limit"] if slot == "current" else ca.SX(1)
 
-    here = partial(effect, "drive.saturation", equation="drive", slot=slot, shows=shows, kinds=kinds)
+    here = partial(effect, "drive.saturation", equation="drive", slot=slot, shows=shows, **bound)
 
     @here(
         f"{title}hard",
@@ -201,9 +207,9 @@ def _saturations(slot: str, title: str, kinds: tuple[str, ...], shows: str) -> t
     return hard, one_sided, soft, rapp
 
 
-hard, one_sided, soft, rapp = _saturations("current", "", (), _LARGE)
+hard, one_sided, soft, rapp = _saturations("current", "", {}, _LARGE)
 command_hard, command_one_sided, command_soft, command_rapp = _saturations(
-    "command", "command ", _WITHOUT_CURRENT, "large steps of the command, with spool, position or pressures recorded"
+    "command", "command ", _OF_COMMAND, "large steps of the command, with spool, position or pressures recorded"
 )
 
 

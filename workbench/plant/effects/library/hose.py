@@ -87,6 +87,7 @@ _hose = partial(
         state("qB", "m^3/s", 1e-3),
     ),
     kinds=("three-stage", "second-order"),
+    elsewhere="no servo-valve, so no hose between valve and jack (its own are hose.compliance)",
 )
 
 

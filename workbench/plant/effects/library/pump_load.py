@@ -14,6 +14,7 @@ from ..effect import Scope
 _Pair = tuple[ca.SX, ca.SX]
 _MERRITT = "Merritt, Hydraulic Control Systems, Wiley 1967"
 _KINDS = ("pump",)
+_LOAD = "no records with such a load, which was met on a pump with direction valves alone"
 _EDGE = 5e-5  # m, over which a load stops building up
 
 _SHARE = number("share", 1.0, "1", shown="%", low=0.0, high=1.0, off=0.0, meaning="of the push that builds up")
@@ -30,6 +31,7 @@ _buildup = partial(
     shows="starts and stops at several settings of the load, with both pressures and position recorded",
     states=(state("s", "m", 5e-3),),
     kinds=_KINDS,
+    elsewhere=_LOAD,
 )
 _throttle = partial(
     effect,
@@ -38,6 +40,7 @@ _throttle = partial(
     slot="body_force",
     shows="the same stroke at several speeds without load, with both pressures recorded",
     kinds=_KINDS,
+    elsewhere=_LOAD,
 )
 _internal = partial(
     effect,
@@ -46,6 +49,7 @@ _internal = partial(
     slot="leakage",
     shows="standing under load with the valves shut, with both pressures recorded",
     kinds=_KINDS,
+    elsewhere="the leakage between its chambers as a number of the rig, Cl",
 )
 
 
@@ -156,6 +160,7 @@ def _zero_b(pressure: ca.SX, s: Scope) -> ca.SX:
         number("b", 0.5e5, "Pa", shown="bar", low=-2e5, high=2e5, off=0.0, meaning="of the signal of B"),
     ),
     kinds=_KINDS,
+    elsewhere="no direction valves that join both chambers to the low side, which would show it",
 )
 def zero(pressure: ca.SX, s: Scope) -> ca.SX:
     """pA + a; pB + b: a zero point that is not that of the calibration."""

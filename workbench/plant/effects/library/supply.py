@@ -7,6 +7,7 @@ and manifold are a first-order lag of the drop, so that a resistance of 0 leaves
 """
 
 from functools import partial
+from typing import Any
 
 import casadi as ca
 
@@ -31,7 +32,10 @@ def _sagged(supply: ca.SX, s: Scope) -> ca.SX:
     return supply - s.x("drop")
 
 
-_KINDS = ("three-stage", "second-order")  # a pump drive has no supply that its valve draws from
+_SPOOLS: dict[str, Any] = {
+    "kinds": ("three-stage", "second-order"),
+    "elsewhere": "no supply that sags: its pump makes the pressure that the load asks for",
+}
 
 _sag = partial(
     effect,
@@ -41,7 +45,7 @@ _sag = partial(
     also={"supply": _sagged},
     shows="large fast moves one after the other, with supply recorded",
     states=(state("drop", "Pa", 1e6),),
-    kinds=_KINDS,
+    **_SPOOLS,
 )
 
 
@@ -95,7 +99,7 @@ _limit = partial(
     also={"supply": _sagged},
     shows="long moves at several large openings up to full command, with supply or position recorded",
     states=(state("drop", "Pa", 1e6),),
-    kinds=_KINDS,
+    **_SPOOLS,
 )
 
 

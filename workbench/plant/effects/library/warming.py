@@ -73,6 +73,7 @@ def viscosity(nothing: None, s: Scope) -> None:
         _TAU,
     ),
     kinds=("three-stage", "second-order"),
+    elsewhere="no lands, whose flow would drift as the oil warms",
 )
 def viscosity_and_gain(nothing: None, s: Scope) -> None:
     """tau warmth' = Q/Qr - warmth."""
