@@ -85,6 +85,7 @@ def test_at_most_is_an_answer_for_leakage_and_hysteresis(tmp_path, monkeypatch):
     sheet = load_datasheet("most/datasheet.toml")
     assert sheet.ranges["leakage"] == pytest.approx((0.05 / 6e4, 1 / 6e4))
     assert sheet.ranges["hysteresis"] == (0.0, 0.03)
+    assert rigs["most"]["eps"].source == "datasheet: leakage at null, half of at most 1 l/min"
     plain, most = rigs["plain"]["eps"], rigs["most"]["eps"]
     assert most.value == pytest.approx(plain.value)
     assert (most.low, most.high) == pytest.approx((plain.value / 10, 2 * plain.value), rel=0.02)

@@ -30,7 +30,8 @@ from workbench.rigs.jack import JACKS
 from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig, save_rig
-from workbench.rigs.tolerances import TOLERANCES
+from workbench.rigs.schema import LOAD, SUPPLY
+from workbench.rigs.tolerances import EXACT, TOLERANCES, with_tolerance
 from workbench.rigs.valve import VALVES
 
 SERVO = """
@@ -142,6 +143,12 @@ def test_every_number_of_a_datasheet_has_a_tolerance_and_its_source_says_which(o
     assert (friction.low, friction.high) == pytest.approx((friction.value / 10, friction.value * 10))
     assert friction.source.endswith(f"0.1 to 10 times: {TOLERANCES['b'].why}")
     assert all(n.low < n.value < n.high for n in rig.numbers.values() if n.low is not None)
+    exact = {name: rig.numbers[name].source.partition("; exact: ")[2] for name in ("n", "xmid", "ks", "cs")}
+    assert exact == {name: EXACT[name] for name in exact}
+    open_tank = with_tolerance(replace(rig.numbers["Pr"], value=0.0, low=None, source="datasheet"), SUPPLY["Pr"])
+    assert open_tank.source == "datasheet; exact: stated as 0, which no factor moves"
+    specimen = replace(rig.numbers["ks"], value=1e6, low=None, source="datasheet")
+    assert with_tolerance(specimen, LOAD["ks"]).source == "datasheet"
     own = SERVO.replace('M = {value = 200, unit = "kg"}', 'M = {value = 200, unit = "kg", bounds = [199, 230]}')
     own = own.replace('{value = 40, unit = "l/min"}', '{value = 40, unit = "l/min", bounds = [38, 44]}')
     sheet = sheet_of(tmp_path, own)
@@ -179,6 +186,7 @@ def test_the_rig_can_be_saved_loaded_and_used(outcome, tmp_path):
     for name, number in rig.numbers.items():
         assert again[name] == pytest.approx(number.value, rel=1e-12)
         assert again.numbers[name].source == number.source != ""
+    assert all(sensor.sources.keys() == {"noise", "resolution"} for sensor in again.sensors.values())
     assert again.sensors.keys() == rig.sensors.keys() >= {"position", "pa", "pb", "spool"}
     assert rig.numbers["M"].source.startswith("datasheet; ")
     assert rig.numbers["V0A"].source.startswith("estimate")

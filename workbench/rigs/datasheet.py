@@ -26,7 +26,7 @@ from .number import Number, read_number
 from .rig import Rig, number_specs
 from .rig_file import load_rig
 from .sensor import Sensor
-from .tolerances import with_tolerance
+from .tolerances import EXACT, with_tolerance
 from .valve import VALVES, ValveKind
 
 KIND = "new-rig"
@@ -140,7 +140,9 @@ def build_rig(sheet: Datasheet, valve: Mapping[str, Number], corrector: str = "p
             numbers[name] = with_tolerance(sheet.given.get(name) or valve[name], spec)
         else:
             value, reason = _thumb(name, known, areas)
-            estimate = _declared(name, value, spec.unit, f"estimate: {reason}")
+            estimate = _declared(
+                name, value, spec.unit, f"{'declared here' if name in EXACT else 'estimate'}: {reason}"
+            )
             known[name] = estimate.value
             numbers[name] = with_tolerance(estimate, spec, factor=2)
     period = _declared("period", 1e-3, "s", "declared here: a usual control period")
@@ -211,7 +213,11 @@ def _sensors(known: Mapping[str, float], area: float) -> dict[str, Sensor]:
     ranges |= dict.fromkeys(("pa", "pb", "supply"), 2 * known["Ps"])
     if "imax" in known:
         ranges["current"] = 4 * known["imax"]
-    return {name: Sensor(_rounded(2e-4 * size, name), _rounded(size / 2**16, name)) for name, size in ranges.items()}
+    sources = {"noise": "assumed: 0.02 % of the range", "resolution": "assumed: 16 bits over the range"}
+    return {
+        name: Sensor(_rounded(2e-4 * size, name), _rounded(size / 2**16, name), sources)
+        for name, size in ranges.items()
+    }
 
 
 def _declared(name: str, value: float, unit: str, source: str) -> Number:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.signals import SIGNALS, Signal
@@ -16,10 +16,14 @@ _ANY = 1e12  # of any other unit
 
 @dataclass(frozen=True)
 class Sensor:
-    """White noise (standard deviation) and resolution (quantum) of a sensor, in the signal's SI unit."""
+    """White noise (standard deviation) and resolution (quantum) of a sensor, in the signal's SI unit.
+
+    `sources` says where they are from, of those of which it is known.
+    """
 
     noise: float
     resolution: float
+    sources: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     @property
     def scatter(self) -> float:
@@ -33,7 +37,9 @@ def read_sensors(table: ConfigTable, signals: Mapping[str, Signal] = SIGNALS) ->
     for name in table.allow(*signals):
         part = table.table(name, "noise", "resolution")
         specs = sensor_specs(signals[name])
-        sensors[name] = Sensor(*(part.quantity(key, spec, "source") for key, spec in specs.items()))
+        values = [part.quantity(key, spec, "source") for key, spec in specs.items()]
+        said = {key: part.table(key).text("source", "") for key in specs if isinstance(part.values[key], Mapping)}
+        sensors[name] = Sensor(*values, sources={key: source for key, source in said.items() if source})
     return sensors
 
 
@@ -44,6 +50,7 @@ def sensor_specs(signal: Signal) -> dict[str, Spec]:
 
 
 def sensor_entry(signal: Signal, sensor: Sensor) -> dict[str, Any]:
-    """Noise and resolution in the unit that people are shown."""
+    """Noise and resolution in the unit that people are shown, with their sources."""
     values = {key: shortest(getattr(sensor, key), signal.unit, signal.si) for key in ("noise", "resolution")}
-    return {key: {"value": value, "unit": signal.unit} for key, value in values.items()}
+    sources = {key: {"source": source} for key, source in sensor.sources.items()}
+    return {key: {"value": value, "unit": signal.unit, **sources.get(key, {})} for key, value in values.items()}

@@ -43,6 +43,14 @@ TOLERANCES = {
     "b": Tolerance(0.1, 10.0, "friction goes with seals, oil and temperature"),
 }
 """By the number's name. What is not here is exact: a count, a rated current, a scale, what a rig has none of."""
+EXACT = {
+    "n": "a count",
+    "imax": "it scales the command",
+    "xmid": "where positions count from is a choice",
+    "ks": "without a specimen there is none",
+    "cs": "without a specimen there is none",
+}
+"""Why a number is, by its name; that of a specimen where it is 0."""
 
 
 def is_pinned(number: Number) -> bool:
@@ -55,16 +63,27 @@ def is_pinned(number: Number) -> bool:
 
 def with_tolerance(number: Number, spec: Spec, factor: float = 1.0) -> Number:
     """The number with the range that its datasheet gives, or the usual one, as its source says then; of an estimate by
-    a `factor` either way at least. It lies within what its spec says is possible."""
+    a `factor` either way at least. It lies within what its spec says is possible; of one that is exact its source says
+    why."""
     tolerance = TOLERANCES.get(number.name)
-    if tolerance is None or number.low is not None or not (number.value or tolerance.beside):
+    if number.low is not None:
         return number
+    if tolerance is None or not (number.value or tolerance.beside):
+        why = _exact(number)
+        return replace(number, source=f"{number.source}; exact: {why}") if why else number
     low, high = min(tolerance.low, 1 / factor), max(tolerance.high, factor)
     ends = (number.value * low - tolerance.beside, number.value * high + tolerance.beside)
     low_end, high_end = (_rounded(min(max(end, spec.low), spec.high), number) for end in ends)
     far = f"+-{100 * (high - 1):.3g} %" if math.isclose(low + high, 2) else f"{low:g} to {high:g} times"
     said = f"+-{tolerance.beside:g}" if tolerance.beside else far
     return replace(number, low=low_end, high=high_end, source=f"{number.source}; {said}: {tolerance.why}")
+
+
+def _exact(number: Number) -> str:
+    """Why a number without a range is exact; nothing of one that is only not doubted."""
+    if number.name in TOLERANCES:
+        return "stated as 0, which no factor moves"
+    return "" if number.name in ("ks", "cs") and number.value else EXACT.get(number.name, "")
 
 
 def _rounded(end: float, number: Number) -> float:

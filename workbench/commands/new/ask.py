@@ -192,7 +192,7 @@ def _number(answer: str, figure: DatasheetEntry) -> dict[str, Any]:
     if (limit := _AT_MOST.fullmatch(answer)) and figure.key in _LEAST:
         most = _number(limit["end"], figure)
         half, bounds = most["value"] / 2, [_LEAST[figure.key] * most["value"], most["value"]]
-        return {**most, "value": half, "source": f"datasheet: at most {limit['end']}, taken as half", "bounds": bounds}
+        return {**most, "value": half, "source": f"datasheet: half of at most {limit['end']}", "bounds": bounds}
     _within(answer, figure.spec)
     value, unit = number_and_unit(answer, figure.spec.unit)
     return {"value": value, "unit": unit, "source": "datasheet"}

@@ -65,7 +65,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "z0": (0.0, "datasheet: no offset stated"),
         "K3": (main_lands(sheet, TRAVEL, eps), "datasheet: rated flow at full travel"),
         "z3max": (TRAVEL, "scale only: the spool's travel is not stated"),
-        "eps": (eps, "datasheet: leakage at null"),
+        "eps": (eps, _said(sheet, "leakage", "leakage at null")),
         "n": (sheet.valve["n"], "datasheet"),
     }
     numbers = {name: _number(name, value, source) for name, (value, source) in values.items()}
@@ -84,6 +84,15 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
     if widths:
         bounded["z0"] = _null(numbers["z0"], widths)
     return numbers | bounded
+
+
+def _said(sheet: Datasheet, key: str, what: str) -> str:
+    """The source of a number that follows from a figure of the valve: what the figure is, and what its own source says
+    of it."""
+    entry = sheet.read["valve"][key]
+    said = entry.get("source", "") if isinstance(entry, Mapping) else ""
+    head, _, more = (said or "datasheet").partition(": ")
+    return f"{head}: {what}" + (f", {more}" if more else "")
 
 
 def _lap(sheet: Datasheet, leakage: float) -> float:
