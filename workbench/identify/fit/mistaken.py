@@ -199,10 +199,10 @@ class _Trials:
         more = {one: one + float(np.mean(group) - rest) for one, group in groups.items()}
         return {name: more[one] for name, one in late.items() if abs(more[one]) > _APART * lags.period}
 
-    def falls(self, mistake: Mistake, fit: Tried) -> bool:
-        """Whether the fit without a mistake is so much better that this may have been one."""
+    def falls(self, mistake: Mistake, fit: Tried, plain: Tried | None = None) -> bool:
+        """Whether the fit without a mistake is so much better than a plain one that this may have been one."""
         times = _BY_FACTOR if mistake.kind == "scaled" else _FALLS
-        return fit.chi2 < self.plain.chi2 / times and fit.chi2 < np.inf
+        return fit.chi2 < (plain or self.plain).chi2 / times and fit.chi2 < np.inf
 
     def _cures(self, mistake: Mistake, fit: Tried) -> bool:
         """Whether the fitted rig follows the records without a mistake: its signals are predicted, and where they are
@@ -216,6 +216,8 @@ class _Trials:
             return False
         if not mistake.late:
             return True
+        if not self.falls(mistake, fit, self.rehearsal.fit(self.windows, fit.p)):
+            return False  # the plain fit was caught on its way, and these numbers do as well without a shift
         if mistake.beside or fit.chi2 >= self._near:
             return fit.chi2 < self._near
         return self._no_logger(mistake) - 1 > _FALLS * (max(fit.chi2, self._gate) - 1)

@@ -39,9 +39,9 @@ class Rehearsal:
         except InputError:
             return ()
 
-    def fit(self, windows: Windows) -> Tried:
-        """To some windows."""
-        return _fit(self.model, windows, self._free)
+    def fit(self, windows: Windows, start: np.ndarray | None = None) -> Tried:
+        """To some windows, from the declared numbers or from the parameters `start` [k]."""
+        return _fit(self.model, windows, self._free, start)
 
     def with_lines(self, windows: Windows) -> float:
         """The least chi2 with a lag of the pressure sensors, which is no mistake."""
@@ -54,11 +54,11 @@ class Rehearsal:
         return _fit(model, windows, (*self._free, *candidate.free())).chi2
 
 
-def _fit(model: Model, windows: Windows, free: tuple[FreeParameter, ...]) -> Tried:
-    p = model.p
+def _fit(model: Model, windows: Windows, free: tuple[FreeParameter, ...], start: np.ndarray | None = None) -> Tried:
+    p = model.p if start is None else start
     if free:
-        guess, start = model.starts(windows, p), np.zeros(len(free))
-        fit = fit_numbers(model, windows, free, start, p, guess, np.ones(len(windows.names)))
+        x = np.array([number.normalised(float(p[model.parameters.index(number.name)])) for number in free])
+        fit = fit_numbers(model, windows, free, x, p, model.starts(windows, p), np.ones(len(windows.names)))
         x0, p, squares = fit.x0, fit.p, fit.squares
     else:
         x0, squares = predicted_states(model, windows, p)
