@@ -234,7 +234,8 @@ class _Refits:
 
     def _is_explained(self, planned: Ranked, tried: Mapping[str, CandidateFit]) -> bool:
         """Whether one of the planned explains the misfit, now that they are tried: not one that leaves a misfit, and
-        would be stronger than it may be or sits where nothing is missing."""
+        would be stronger than it may be, sits where nothing is missing, or is in a loop that somebody else closed,
+        whose few signals let one effect mimic most of another."""
         fits = [tried[pair[0].effect.title] for pair in planned if pair[0].effect.title in tried]
         return any(self._of_left(fit) >= decide.NAMED and not self._is_doubtful(fit) for fit in fits)
 
@@ -242,7 +243,8 @@ class _Refits:
         effect, refitted = candidate_fit.candidate.effect, candidate_fit.model_fit
         if refitted is None or not self._context.is_misfit(refitted):
             return False
-        if self._equations and effect.equation not in self._equations:
+        sits_elsewhere = self._equations and effect.equation not in self._equations
+        if sits_elsewhere or self._context.problem.rig.inner:
             return True
         values = dict(zip(refitted.model.parameters, refitted.fit.p, strict=True))
         ends = [n for n in effect.fitted if n.off is not None and effect.key(n.name) in refitted.fit.at_bounds]
