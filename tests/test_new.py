@@ -109,6 +109,39 @@ def test_a_piston_may_be_told_by_bore_and_rod_and_a_hose_by_bore_and_length(tmp_
     assert on.numbers["z0"].high == pytest.approx(0.02 + 0.015)
 
 
+ANSWERED = {
+    "plain": TWO_STAGE,
+    "by sizes": TWO_STAGE.replace("20 cm^2", "50 mm").replace("10cm^2", "50 mm x 36 mm").replace("200 kg", "5 t"),
+    "at most, open tank": TWO_STAGE.replace("2 bar", "0 bar").replace("1 l/min", "at most 1 l/min", 1) + "< 3 %\n1 %\n",
+    "with a hose": TWO_STAGE.replace("\n1\n", "\n4\n") + "\n\n19 mm x 2 m\n",
+    "double-rod": TWO_STAGE.replace("differential", "double-rod").replace("10cm^2\n", ""),
+}
+
+
+@pytest.mark.parametrize("answers", ANSWERED.values(), ids=ANSWERED)
+def test_every_number_that_is_written_has_bounds_or_says_why_it_has_none(tmp_path, monkeypatch, answers):
+    """In the file itself: what is exact says so, limits are declared, sensors are assumed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", StringIO(answers))
+    assert main(["new", "mine", "--ask", "two-stage"]) == 0
+    rig = tomllib.loads(Path("mine/rig.toml").read_text())
+    for section in ("supply", "oil", "valve", "jack", "load"):
+        for name, number in rig[section].items():
+            if not isinstance(number, dict):
+                continue
+            if "bounds" in number:
+                low, high = number["bounds"]
+                assert low <= number["value"] <= high, name
+                assert low < high, name
+                assert number["source"].startswith(("datasheet", "estimate")), name
+            else:
+                assert "; exact: " in number["source"], name
+    declared = [*rig["limits"].values(), rig["control"]["period"]]
+    assert all(number["source"].startswith("declared here: ") for number in declared)
+    assumed = [sensor[key] for sensor in rig["sensors"].values() for key in ("noise", "resolution")]
+    assert all(number["source"].startswith("assumed: ") for number in assumed)
+
+
 def test_answers_that_end_name_all_that_is_missing_and_leave_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", StringIO("double-rod\n210 bar\n"))

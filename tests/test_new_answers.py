@@ -140,3 +140,16 @@ def test_a_late_error_where_the_answers_end_is_one_line_and_names_no_file(tmp_pa
         assert str(tmp_path.parent) not in complaint
         assert "/tmp" not in complaint
     assert not list(tmp_path.iterdir())
+
+
+def test_a_three_stage_valve_is_asked_for_hysteresis_and_threshold():
+    """At most 2 %: half of it, and all up to it allowed."""
+    said = {**SHEET, "jack": "double-rod", "Aj": "100 x 63 mm", "pilot_flow": "20 l/min", "imax": "20 mA"}
+    said |= {"hysteresis": "at most 2 %", "threshold": "0.5 %"}
+
+    def ask(prompt):
+        return next((answer for key, answer in said.items() if f"({key})" in prompt), said["jack"])
+
+    _, sheet = asked_datasheet("three-stage", "mine", tomllib.loads, ask)
+    hysteresis, threshold = sheet["valve"]["hysteresis"], sheet["valve"]["threshold"]
+    assert (hysteresis["value"], hysteresis["bounds"], threshold["value"]) == (1.0, [0.0, 2.0], 0.5)

@@ -143,12 +143,12 @@ def test_every_number_of_a_datasheet_has_a_tolerance_and_its_source_says_which(o
     assert (friction.low, friction.high) == pytest.approx((friction.value / 10, friction.value * 10))
     assert friction.source.endswith(f"0.1 to 10 times: {TOLERANCES['b'].why}")
     assert all(n.low < n.value < n.high for n in rig.numbers.values() if n.low is not None)
-    exact = {name: rig.numbers[name].source.partition("; exact: ")[2] for name in ("n", "xmid", "ks", "cs")}
+    exact = {name: rig.numbers[name].source.partition("; exact: ")[2] for name in ("n", "z3max", "xmid", "ks", "cs")}
     assert exact == {name: EXACT[name] for name in exact}
     open_tank = with_tolerance(replace(rig.numbers["Pr"], value=0.0, low=None, source="datasheet"), SUPPLY["Pr"])
     assert open_tank.source == "datasheet; exact: stated as 0, which no factor moves"
-    specimen = replace(rig.numbers["ks"], value=1e6, low=None, source="datasheet")
-    assert with_tolerance(specimen, LOAD["ks"]).source == "datasheet"
+    specimen = with_tolerance(replace(rig.numbers["ks"], value=1e6, low=None, source="datasheet"), LOAD["ks"])
+    assert (specimen.low, specimen.high) == (5e5, 2e6)
     own = SERVO.replace('M = {value = 200, unit = "kg"}', 'M = {value = 200, unit = "kg", bounds = [199, 230]}')
     own = own.replace('{value = 40, unit = "l/min"}', '{value = 40, unit = "l/min", bounds = [38, 44]}')
     sheet = sheet_of(tmp_path, own)
@@ -301,6 +301,22 @@ def test_estimates_are_in_their_ranges_and_of_the_right_size(three_stage):
         assert free.low <= published[free.name] <= free.high, free.name
 
 
+def test_what_a_maker_says_of_a_three_stage_valve_s_loop_bounds_the_friction_in_it(three_stage, tmp_path):
+    """Friction of the pilot makes its current's loop twice as wide, which the gain of the spool loop makes narrower."""
+    found = {}
+    for stated in (1.0, 3.0):
+        widths = f'hysteresis = {{value = {stated}, unit = "%"}}\nthreshold = {{value = 0.5, unit = "%"}}\nimax ='
+        sheet = sheet_of(tmp_path, THREE_STAGE.replace("imax =", widths))
+        free = {each.name: each for each in unknowns(sheet)}
+        torque = free["Km"].start * sheet.valve["imax"]
+        assert 2 * free["Fs1"].high / torque / free["Kp"].start == pytest.approx((stated + 0.5) / 100)
+        assert "by the stated hysteresis and threshold" in free["Fs2"].reason
+        found[stated] = free
+    assert [found[3.0][name].high / found[1.0][name].high for name in ("Fs1", "Fs2")] == pytest.approx([7 / 3, 7 / 3])
+    plain = {each.name: each for each in unknowns(three_stage)}
+    assert {name for name in plain if plain[name] != found[1.0][name]} == {"Fs1", "Fs2"}
+
+
 def test_a_stated_number_is_not_fitted(tmp_path):
     sheet = sheet_of(tmp_path, THREE_STAGE.replace("[valve]\n", 'Pr = {value = 3, unit = "bar"}\n[valve]\n'))
     assert "Pr" not in {free.name for free in unknowns(sheet)}
@@ -374,6 +390,12 @@ def test_a_fit_that_arrives_stops_and_says_where_each_number_is_from(three_stage
         number = fit.rig.numbers[free.name]
         assert free.low <= number.low <= number.value <= number.high <= free.high
         assert "determine" in number.source or number.source == "fitted to the datasheet"
+    for number in fit.rig.numbers.values():
+        assert number.source
+        exact = EXACT.get(number.name, "none") in number.source and number.low is None
+        assert exact or number.low <= number.value <= number.high, number.name
+    assert {name for name, number in fit.rig.numbers.items() if number.low is None} == {"imax", "n", "xmid", "ks", "cs"}
+    assert fit.rig.numbers["S2"].source.startswith("lent by jack-10t: paper")
     rated = fit.rig["K3"] * (fit.rig["z3max"] + fit.rig["eps"]) * np.sqrt(35e5)
     assert rated == pytest.approx(0.01)
 

@@ -12,8 +12,9 @@ from workbench.rigs.line_valve import CHECK, COUNTERBALANCE, LINE_VALVES, SIDES
 from workbench.rigs.load import LOADS
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import bundled, load_rig
-from workbench.rigs.tolerances import TOLERANCES
+from workbench.rigs.tolerances import LENT, TOLERANCES
 from workbench.rigs.valve import VALVES
+from workbench.rigs.valve.lands import WIDTHS
 
 from .markdown import code, number, page, plain, table
 
@@ -40,7 +41,8 @@ without `bounds` gets those of its usual tolerance, and its source in the rig fi
 valve also names a rig with the printed numbers of such a valve, `valve.like`, and may say under `[valve.rounding]` how
 far each of them may move."""
 _TOLERANCE = """The bounds of a number as factors of its value, or as an amount beside it; a rule of thumb is wrong by
-two either way at least. Numbers that are not listed are exact: a count, a rated current, a scale."""
+two either way at least. The rest of a lent geometry is within 0.9 to 1.1 times. Exact, as their sources say, are a
+count, a rated current, a scale, where positions count from, and what a rig has none of."""
 _NUMBERS = """Every number that the plant of a rig may have, by name, with the table of the rig file in which it stands,
 its range in SI, and the values of the bundled rigs. `Rig.with_values(b=2000.0)` takes the same names, and so do
 `[within]`, `[variation.NAME]` and the `numbers` of a session."""
@@ -157,15 +159,14 @@ def _datasheet() -> str:
         if valve.stages and any(figure.stage for figure in figures(valve, None)):
             stages = " and ".join(code(stage) for stage in valve.stages)
             parts += [f"Each of its stages, {stages}, has a `[[valve.response]]`:", spec_table(RESPONSE)]
-        if valve.further_figures:
-            parts += ["It may say, too:", spec_table(valve.further_figures)]
+        parts += ["It may say, too:", spec_table(WIDTHS)]
     for jack in JACKS.values():
         wanted = [figure for figure in figures(None, jack) if figure.section == "jack"]
         rows = [[code(f"jack.{f.key}"), *_range(f.spec), plain(f.spec.meaning)] for f in wanted]
         parts += [f'## A jack with `kind = "{jack.name}"`', table(_HEADS, rows)]
     rows = [
         [code(name), f"+-{t.beside:g}" if t.beside else f"{t.low:g} to {t.high:g}", t.why]
-        for name, t in TOLERANCES.items()
+        for name, t in (TOLERANCES | LENT).items()
     ]
     usual = table(("number", "within", "because"), rows)
     return page("Datasheet", _DATASHEET, *parts, "## Usual tolerances", _TOLERANCE, usual)

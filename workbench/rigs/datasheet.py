@@ -28,6 +28,7 @@ from .rig_file import load_rig
 from .sensor import Sensor
 from .tolerances import EXACT, with_tolerance
 from .valve import VALVES, ValveKind
+from .valve.lands import WIDTHS
 
 KIND = "new-rig"
 HOSE = Spec("m^3", 0.0, 0.5, "volume of the hose or pipe from the valve to a chamber")
@@ -100,8 +101,8 @@ def read_datasheet(top: ConfigTable, folder: Path, name: str) -> Datasheet:
     kind = VALVES[valve.word("kind", [name for name, known in VALVES.items() if known.figures])]
     jack = top.table("jack").word("kind", JACKS)
     like = ("like", "rounding") if kind.needs_geometry else ()
-    stated = {**kind.figures, **{key: spec for key, spec in kind.further_figures.items() if key in valve}}
-    valve.allow("kind", "response", *like, *kind.figures, *kind.further_figures)
+    stated = {**kind.figures, **{key: spec for key, spec in WIDTHS.items() if key in valve}}
+    valve.allow("kind", "response", *like, *kind.figures, *WIDTHS)
     geometry = _geometry(valve, kind, folder) if like else None
     sheet = Datasheet(
         top.text("name", name),
@@ -196,7 +197,7 @@ def _limits(known: Mapping[str, float], areas: tuple[float, float]) -> dict[str,
     return {
         "stroke": _declared("stroke", 0.48 * known["S"], "m", "declared here: short of the end stops"),
         "speed": _declared("speed", 1.1 * _fastest(known, areas), "m/s", "declared here: 1.1 times the no-load speed"),
-        "force": _declared("force", net * areas[0], "N", "stall force"),
+        "force": _declared("force", net * areas[0], "N", "declared here: stall force"),
         "command_rate": _declared("command_rate", 200.0, "1/s", "declared here: full reversal in 10 ms"),
     }
 

@@ -19,7 +19,7 @@ class Tolerance:
 
 _BORE = Tolerance(0.99, 1.01, "diameters as they are made")
 _DEAD = Tolerance(0.5, 2.0, "pipes and ports between valve and piston are seldom counted")
-_STOP = Tolerance(0.5, 2.0, "a cushion is known by its size alone")
+_STOP = Tolerance(0.5, 2.0, "a stop is known by its size alone")
 TOLERANCES = {
     "Ps": Tolerance(0.95, 1.05, "a pump is set by a gauge"),
     "Pr": Tolerance(0.3, 3.0, "the return line adds some bar, by its length and the flow"),
@@ -41,16 +41,26 @@ TOLERANCES = {
     "ce": _STOP,
     "M": Tolerance(0.95, 1.05, "drawn or weighed, without oil and small parts"),
     "b": Tolerance(0.1, 10.0, "friction goes with seals, oil and temperature"),
+    "ks": Tolerance(0.5, 2.0, "a specimen gives way where it is held, too"),
+    "cs": Tolerance(0.1, 10.0, "a specimen's damping is seldom measured"),
 }
-"""By the number's name. What is not here is exact: a count, a rated current, a scale, what a rig has none of."""
+"""By the number's name."""
+LENT = {
+    **dict.fromkeys(("phi", "psi2", "psi3"), Tolerance(0.5, 2.0, "viscous friction goes with the oil's temperature")),
+    **dict.fromkeys(("Kf2", "Kf3"), Tolerance(0.3, 3.0, "a leak goes with the wear of the lands")),
+    **dict.fromkeys(("k2stop", "k3stop"), _STOP),
+}
+"""Of the geometry that another rig lends a three-stage valve; the rest of it is within FRAME."""
+FRAME = Tolerance(0.9, 1.1, "valves of a kind are alike, and fitted numbers meet the figures with what is lent")
 EXACT = {
     "n": "a count",
     "imax": "it scales the command",
+    "z3max": "a scale, only flow over travel matters",
     "xmid": "where positions count from is a choice",
     "ks": "without a specimen there is none",
     "cs": "without a specimen there is none",
 }
-"""Why a number is, by its name; that of a specimen where it is 0."""
+"""Why a number is, by its name; of one that has a tolerance, where it is 0."""
 
 
 def is_pinned(number: Number) -> bool:
@@ -65,25 +75,18 @@ def with_tolerance(number: Number, spec: Spec, factor: float = 1.0) -> Number:
     """The number with the range that its datasheet gives, or the usual one, as its source says then; of an estimate by
     a `factor` either way at least. It lies within what its spec says is possible; of one that is exact its source says
     why."""
-    tolerance = TOLERANCES.get(number.name)
     if number.low is not None:
         return number
-    if tolerance is None or not (number.value or tolerance.beside):
-        why = _exact(number)
-        return replace(number, source=f"{number.source}; exact: {why}") if why else number
+    tolerance = TOLERANCES.get(number.name) or LENT.get(number.name, FRAME)
+    if not (number.value or tolerance.beside) or (number.name in EXACT and number.name not in TOLERANCES):
+        why = EXACT.get(number.name, "stated as 0, which no factor moves")
+        return replace(number, source=f"{number.source}; exact: {why}")
     low, high = min(tolerance.low, 1 / factor), max(tolerance.high, factor)
     ends = (number.value * low - tolerance.beside, number.value * high + tolerance.beside)
     low_end, high_end = (_rounded(min(max(end, spec.low), spec.high), number) for end in ends)
     far = f"+-{100 * (high - 1):.3g} %" if math.isclose(low + high, 2) else f"{low:g} to {high:g} times"
     said = f"+-{tolerance.beside:g}" if tolerance.beside else far
     return replace(number, low=low_end, high=high_end, source=f"{number.source}; {said}: {tolerance.why}")
-
-
-def _exact(number: Number) -> str:
-    """Why a number without a range is exact; nothing of one that is only not doubted."""
-    if number.name in TOLERANCES:
-        return "stated as 0, which no factor moves"
-    return "" if number.name in ("ks", "cs") and number.value else EXACT.get(number.name, "")
 
 
 def _rounded(end: float, number: Number) -> float:

@@ -18,6 +18,7 @@ from ...rigs.datasheet_keys import DatasheetEntry, figures
 from ...rigs.datasheet_rules import RULES, SECOND_ORDER_RULES, DatasheetRule, check_together
 from ...rigs.jack import JACKS
 from ...rigs.valve import VALVES
+from ...rigs.valve.lands import WIDTHS
 from .closed_loop import EXAMPLES, LABEL
 
 STAGES = {"two-stage": "second-order", "three-stage": "three-stage"}
@@ -71,7 +72,7 @@ def asked_datasheet(stages: str, name: str, build: Callable[[str], T], ask: Ask 
         kinds = " or ".join(JACKS)
         raise InputError(f"the answers ended before the kind of jack, {kinds}; answer every question") from None
     wanted = figures(kind, JACKS[jack])
-    extra = [DatasheetEntry("valve", key, spec) for key, spec in kind.further_figures.items()]
+    extra = [DatasheetEntry("valve", key, spec) for key, spec in WIDTHS.items()]
     questions = (*wanted, *extra, DatasheetEntry("jack", "hose", HOSE))
     rules = RULES if kind.needs_geometry else (*RULES, *SECOND_ORDER_RULES)
 

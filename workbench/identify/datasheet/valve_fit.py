@@ -21,6 +21,7 @@ from ...rigs.rig import Rig
 from ...rigs.schema import SUPPLY
 from ...rigs.tolerances import TOLERANCES
 from ...rigs.valve import SECOND_ORDER, THREE_STAGE
+from ...rigs.valve.lands import WIDTHS
 from ..fit.determined import DETERMINED, Determination, FreeParameter, determine
 from .corners import FigureErrors
 
@@ -30,6 +31,7 @@ Keep = Callable[[str, Callable[[], Any]], Any]
 _TIGHT = 0.01  # weight of the fit: a figure off by this costs as much as a number at the end of its range
 _STEPS = 12
 _DIFFERENCE = 0.03  # of a range: the step of the slopes
+_RUBBING = 0.01  # of rated torque: friction of a pilot whose hysteresis is not stated
 _ORIFICE = 0.61 * np.sqrt(2 / 850)  # flow per area and root of pressure drop of a sharp-edged land, mineral oil
 
 
@@ -64,7 +66,7 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "zeta": (zeta, "datasheet: -3 dB over -90 deg"),
         "z0": (0.0, "datasheet: no offset stated"),
         "K3": (main_lands(sheet, TRAVEL, eps), "datasheet: rated flow at full travel"),
-        "z3max": (TRAVEL, "scale only: the spool's travel is not stated"),
+        "z3max": (TRAVEL, "declared here: the spool's travel is not stated"),
         "eps": (eps, _said(sheet, "leakage", "leakage at null")),
         "n": (sheet.valve["n"], "datasheet"),
     }
@@ -76,14 +78,14 @@ def second_order_numbers(sheet: Datasheet) -> dict[str, Number]:
         "eps": tuple(max(end, least) for end in laps),
     }
     bounded = {name: replace(numbers[name], low=ends[0], high=ends[1]) for name, ends in stated.items() if ends}
-    widths = {
-        key: max(sheet.ranges.get(key, (sheet.valve[key],)))
-        for key in ("hysteresis", "threshold")
-        if key in sheet.valve
-    }
-    if widths:
+    if widths := _widths(sheet):
         bounded["z0"] = _null(numbers["z0"], widths)
     return numbers | bounded
+
+
+def _widths(sheet: Datasheet) -> dict[str, float]:
+    """What hysteresis and threshold are at most, of full command, where the sheet states them."""
+    return {key: max(sheet.ranges.get(key, (sheet.valve[key],))) for key in WIDTHS if key in sheet.valve}
 
 
 def _said(sheet: Datasheet, key: str, what: str) -> str:
@@ -125,6 +127,7 @@ def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
     loop = 2 * np.pi * max(r.f3db for r in sheet.responses if r.stage == "main") * travel / fastest
     stop, force = torque / g["l"] / g["xo"], g["rff3"] * g["K2"]
     spring, push = g["Kr2"] * g["L"] ** 2, g["S2"] * supply
+    part, why = _rubbing(sheet, loop)
     free = [
         FreeParameter(
             "Km", gain, 0.8 * gain, 1.2 * gain, None, "rated torque holds the feedback spring at rated pilot flow"
@@ -137,16 +140,32 @@ def unknowns(sheet: Datasheet) -> tuple[FreeParameter, ...]:
         FreeParameter("Pr", 5e5, 0.0, 1e6, 5e5, "some bar in a return line"),
         FreeParameter("Kp", loop, loop / 2, loop * 2, None, "the main stage as one integrator"),
         FreeParameter("z3max", travel, 0.8 * travel, 1.2 * travel, None, "lands open all around the spool"),
-        FreeParameter("Fs1", 5e-3 * torque, 0.0, 1e-2 * torque, torque, "up to 1 % of rated torque", True),
         FreeParameter(
-            "Fs2", 1.25e-3 * push, 0.0, 2.5e-3 * push, push, "up to 0.25 % of supply pressure on the spool", True
+            "Fs1", part / 2 * torque, 0.0, part * torque, torque, f"up to {100 * part:.3g} % of rated torque{why}", True
         ),
+        FreeParameter("Fs2", part / 8 * push, 0.0, part / 4 * push, push, f"{_on_spool(part)}{why}", True),
     ]
     free += [
         FreeParameter(name, g[name], g[name] - h, g[name] + h, None, "as printed", True)
         for name, h in sheet.rounding.items()
     ]
     return tuple(parameter for parameter in free if parameter.name not in sheet.given)
+
+
+def _rubbing(sheet: Datasheet, loop: float) -> tuple[float, str]:
+    """What friction in the pilot takes of its rated torque at most, and of what that follows.
+
+    A main spool whose loop has the gain `loop` stands still until the pilot's current has crossed its own loop, twice
+    the friction wide: hysteresis and threshold times gain. A quarter of that share, in parts of the supply pressure on
+    its end, is what a spool's own friction costs.
+    """
+    if not (widths := _widths(sheet)):
+        return _RUBBING, ""
+    return loop * sum(widths.values()) / 2, f", by the stated {' and '.join(widths)}"
+
+
+def _on_spool(part: float) -> str:
+    return f"up to {100 * part / 4:.3g} % of supply pressure on the spool"
 
 
 def fit_three_stage(
@@ -233,15 +252,22 @@ def _rig(
     With what was found, every fitted number has its source and, as bounds, its 95 % interval inside its range.
     """
     printed = _geometry(sheet).numbers
-    numbers = {name: replace(printed[name], low=None, high=None) for name in THREE_STAGE.numbers}
+    lender = _geometry(sheet).name
+    numbers = {
+        name: replace(printed[name], low=None, high=None, source=f"lent by {lender}: {printed[name].source}")
+        for name in THREE_STAGE.numbers
+    }
     numbers |= {name: _number(name, sheet.valve[name], "datasheet") for name in ("imax", "n")}
     for f, d in zip(free, x, strict=True):
         value = _number(f.name, f.value(d), f"estimate: {f.reason}")
-        numbers[f.name] = replace(value, unit=printed[f.name].unit)
+        numbers[f.name] = replace(value, unit=printed[f.name].unit, low=f.low, high=f.high)
         if determination:
             low, high = (f.value(d + sign * determination.marginal[f.name]) for sign in (-1, 1))
             source, bounds = source_of(f, determination), {"low": max(f.low, low), "high": min(f.high, high)}
             numbers[f.name] = replace(numbers[f.name], source=source, **bounds)
+    rubs, (part, why) = numbers["Fs3"], _rubbing(sheet, numbers["Kp"].value)
+    most = max(rubs.value, part / 4 * printed["S3"].value * sheet.given["Ps"].value)
+    numbers["Fs3"] = replace(rubs, low=0.0, high=most, source=f"{rubs.source}; {_on_spool(part)}{why}")
     lands = main_lands(sheet, numbers["z3max"].value, numbers["eps"].value)
     numbers["K3"] = _number("K3", lands, "datasheet: rated flow at full travel")
     return build_rig(sheet, numbers)

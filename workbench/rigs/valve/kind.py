@@ -12,7 +12,7 @@ class ValveKind:
 
     `numbers` are those of every valve of this kind, `correctors` the further ones of each spool loop that a rig may
     choose (empty: there is nothing to choose), `slots` the places in its equations where effects act. `stages` can be
-    measured alone on a flow bench, the main one last. A datasheet states `figures`, and may state `further_figures`;
+    measured alone on a flow bench, the main one last. A datasheet states `figures`;
     where it `needs_geometry`, the remaining numbers are fitted from those printed for another rig of this kind.
     `slot_numbers`: slots that are only there with a corrector that has this number.
     """
@@ -22,7 +22,6 @@ class ValveKind:
     slots: tuple[str, ...]
     stages: tuple[str, ...]
     figures: Mapping[str, Spec]
-    further_figures: Mapping[str, Spec] = field(default_factory=dict)
     correctors: Mapping[str, Mapping[str, Spec]] = field(default_factory=dict)
     needs_geometry: bool = False
     slot_numbers: Mapping[str, str] = field(default_factory=dict)

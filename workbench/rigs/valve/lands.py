@@ -15,6 +15,11 @@ RATED = {
     "n": MAIN_LANDS["n"],
 }
 """What every datasheet states of a main spool."""
+WIDTHS = {
+    "hysteresis": Spec("1", 0.0, 0.5, "width of the loop of hysteresis, over full command"),
+    "threshold": Spec("1", 0.0, 0.1, "least change of the command that the spool answers, over full command"),
+}
+"""What a datasheet of a valve may state, too."""
 
 SLOTS = ("command", "main_openings", "main_flows")
 """Slots that the equations of every main spool have."""

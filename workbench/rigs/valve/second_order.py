@@ -15,15 +15,10 @@ _FIGURES = {
     "leakage": Spec("m^3/s", 1e-10, 1e-2, "flow from supply to return at null, ports closed"),
     "leakage_drop": Spec("Pa", 1e4, 1e8, "supply less return at which the leakage was measured"),
 }
-_FURTHER = {
-    "hysteresis": Spec("1", 0.0, 0.5, "width of the loop of hysteresis, over full command"),
-    "threshold": Spec("1", 0.0, 0.1, "least change of the command that the spool answers, over full command"),
-}
 SECOND_ORDER = ValveKind(
     name="second-order",
     numbers=_NUMBERS,
     slots=(*SLOTS, "magnet", "corrector", "spool_friction", "spool_speed"),
     stages=("main",),
     figures=_FIGURES,
-    further_figures=_FURTHER,
 )
