@@ -25,7 +25,7 @@ def lag(corner, damping=0.5):
 
 
 def played(drive, true, noise=0.0):
-    return Iteration(drive, true, true + noise, np.zeros(len(drive)), 0.0, 1e5, None)
+    return Iteration(drive, true, true + noise, np.zeros(len(drive)), 0.0, {}, None)
 
 
 def linear_plant(response, noise=0.0):
@@ -169,7 +169,13 @@ def test_a_record_out_of_reach_is_called_so(folder, capsys):
     text = EXPERIMENT.format(scenario="sine") + SINE.replace("50 mm", "110 mm")  # 109 m/s2 of 1 t: 109 kN
     (folder / "learn.toml").write_text(text)
     assert main(["learn", "learn.toml"]) == 0
-    assert "Out of reach on nominal: gas comes out of the oil in a chamber, at 0." in capsys.readouterr().out
+    rows = json.loads((folder / "out/learn/metrics.json").read_text())["rows"]
+    best = [row for row in rows if row["rig"] == "nominal" and row["kept"]][-1]
+    assert 0 < best["lowest_pressure_bar"] < 1
+    time = f"{1e3 * best['cavitation_s']:.3g} ms and down to {best['lowest_pressure_bar']:.2g} bar absolute"
+    assert best["cavitation_s"] > 0
+    said = f"Out of reach on nominal: gas comes out of the oil in a chamber, for {time}."
+    assert said in capsys.readouterr().out
 
 
 def test_a_resumed_run_is_the_same(folder, monkeypatch):

@@ -202,6 +202,9 @@ def test_the_command_leaves_rows_a_page_and_the_motions(tmp_path, capsys):
     assert step["x_m"] == pytest.approx(1e-3)
     assert 0.02 < step["limit_s"] < 0.024
     assert {"lowest_pressure_bar", "peak_command", "mesh_difference_s"} <= step.keys()
+    assert step["lowest_pressure_bar"] > 1
+    assert step["cavitation_s"] == sine["cavitation_s"] == 0  # the limit keeps its chambers above 1 atm
+    assert push["cavitation_s"] is push["lowest_pressure_bar"] is None
     assert sine["limit_s"] is None
     assert 0 < sine["limit_error"] < sine["largest_error"] < 1e-3
     assert push["limit_error"] is None

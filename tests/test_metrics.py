@@ -14,9 +14,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from workbench.base.signals import SIGNALS
+from workbench.commands.common.judged import gas_words
 from workbench.commands.common.metric_table import MetricView
 from workbench.loop import step_metrics as metrics
-from workbench.loop.metrics import METRICS, metric
+from workbench.loop.metrics import METRICS, chamber_row, metric
 from workbench.loop.scenarios import Limits
 from workbench.loop.tuning.problem import USUAL_WEIGHTS, weight_unit
 
@@ -143,6 +144,31 @@ def test_saturated_and_cavitation_times_count_samples():
     assert metrics.cavitation_time(t, lowest) == pytest.approx(4 * 2e-3)
 
 
+def test_cavitation_is_as_long_on_uneven_times():
+    """A pressure under the line from 0.3 to 0.7 s, seen twice as often in the first half as in the second."""
+    t = np.append(np.arange(0, 500) * 1e-3, 0.5 + np.arange(0, 251) * 2e-3)
+    lowest = np.where((t > 0.3) & (t < 0.7), 0.5e5, 3e5)
+    assert metrics.cavitation_time(t, lowest) == pytest.approx(0.4, abs=2.1e-3)
+    assert chamber_row(t, lowest) == {"cavitation_s": metrics.cavitation_time(t, lowest), "lowest_pressure_bar": 0.5}
+    assert set(chamber_row(t, None).values()) == {None}
+
+
+def test_a_report_says_where_oil_cavitates_the_longest_first():
+    calm = {"scenario": "step", "controller": "p", "rig": "light", "cavitation_s": 0.0, "lowest_pressure_bar": 40.0}
+    short = {**calm, "rig": "heavy", "cavitation_s": 0.004, "lowest_pressure_bar": 0.31}
+    longest = {**short, "scenario": "jump", "cavitation_s": 0.0127, "lowest_pressure_bar": 0.043}
+    linear = {**calm, "cavitation_s": None, "lowest_pressure_bar": None}
+    assert gas_words([calm, linear]) == gas_words([]) == ""
+    said = gas_words([calm, short, longest, linear])
+    assert "jump with p on heavy, for 12.7 ms and down to 0.043 bar absolute, and for less long in 1 other run." in said
+    assert "other" not in gas_words([calm, longest])
+    sine = {"frequency": 12.5, "cavitation_s": 0.1, "lowest_pressure_bar": 0.02}
+    assert ": a sine of 12.5 Hz, for 100 ms and down to 0.02 bar absolute." in gas_words([sine])
+    named = {key: each for key, each in longest.items() if key not in ("scenario", "controller")}
+    assert ": iteration 3 on heavy, for" in gas_words([{**named, "iteration": 3}])
+    assert ": the record on heavy, for" in gas_words([named])
+
+
 def test_a_record_shorter_than_the_rest_it_must_show_does_not_settle():
     short = T < 0.2
     assert metrics.settling_time(T[short], first_order(0.01)[short], 1, 0.02) is None
@@ -225,6 +251,7 @@ sys.path.insert(0, "docs")
 import workbench as wb
 from controllers import P
 from generate.metrics import pages
+from workbench.commands.common.judged import gas_words
 from workbench.commands.common.metric_table import MetricView
 from workbench.commands.compare.study import compared
 

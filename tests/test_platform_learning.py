@@ -94,7 +94,7 @@ def linear_plant(f, samples, response):
     def play(number, drive, gain):
         lines = np.einsum("kij,jk->ik", response, spectrum(drive.T, len(f)))
         true = from_spectrum(lines, samples).T
-        return Iteration(drive, true, true, np.zeros_like(drive), 0.0, 1e5, None, gain)
+        return Iteration(drive, true, true, np.zeros_like(drive), 0.0, {}, None, gain)
 
     return play
 

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from workbench.cli import main
+from workbench.rigs.oil import CAVITATES
 
 EXPERIMENT = """
 experiment = "sines"
@@ -46,6 +47,8 @@ def test_every_way_has_a_row_and_corrected_sines_arrive(folder, capsys):
     for row in rows:
         assert row["within"] is (row["way"] != "alone")
         assert (row["cycles"] is None) is (row["way"] == "alone")
+        assert row["lowest_pressure_bar"] == pytest.approx(row["lowest_pressure"] / 1e5)
+        assert (row["cavitation_s"] > 0) is (row["lowest_pressure"] < CAVITATES)
     third = {(r["rig"], r["frequency"], r["way"]): r["third_db"] for r in rows}
     assert all(third[rig, 5.0, "apc+ahc"] < third[rig, 5.0, "apc"] - 20 for rig in ("nominal", "mass+50"))
     assert [row["plants"] for row in metrics["plants"]] == [4, 4]

@@ -7,7 +7,7 @@ Control Systems Magazine 26(3), 2006); with a smaller gain the drive that it arr
 once every lane corrects a drive of its own, by one filter.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -105,7 +105,8 @@ class Iteration:
     """One time that the record was played: drive, what the controlled signal did and its sensor said, command [k] or
     [k, axes].
 
-    `kept`: whether the next iteration goes on from it; `gain` is that by which its drive was corrected.
+    `chambers`: what a row says of them. `kept`: whether the next iteration goes on from it; `gain` is that by which
+    its drive was corrected.
     """
 
     drive: np.ndarray
@@ -113,7 +114,7 @@ class Iteration:
     measured: np.ndarray
     command: np.ndarray
     saturated: float
-    lowest_pressure: float | None
+    chambers: Mapping[str, float | None]
     tripped: str | None
     gain: float = 1.0
     kept: bool = True

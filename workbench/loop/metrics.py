@@ -104,12 +104,15 @@ def _saturated(run: JudgedRun) -> float:
     return max(step_metrics.saturated_time(run.t, *commands) for commands in legs)
 
 
-def _cavitation(run: JudgedRun) -> float | None:
-    return None if run.lowest_pressure is None else step_metrics.cavitation_time(run.t, run.lowest_pressure)
-
-
-def _lowest(run: JudgedRun) -> float | None:
-    return None if run.lowest_pressure is None else float(run.lowest_pressure.min() / 1e5)
+def chamber_row(t: np.ndarray, lowest: np.ndarray | None) -> dict[str, float | None]:
+    """What every row says of the chambers, of the lowest pressure [k] Pa of any at t [k] s; None where a plant has
+    none."""
+    if lowest is None:
+        return {"cavitation_s": None, "lowest_pressure_bar": None}
+    return {
+        "cavitation_s": step_metrics.cavitation_time(t, lowest),
+        "lowest_pressure_bar": float(lowest.min() / 1e5),
+    }
 
 
 def _oscillation(run: JudgedRun) -> float | None:
@@ -203,8 +206,9 @@ METRICS = {each.key: each for each in (
            lambda run: float(np.abs(run.commands).max())),
     Metric("saturated_s", "time limited", "s", "less", "in which the guard changed the command", PERIOD, _saturated),
     Metric("cavitation_s", "cavitation", "s", "less", "time with gas in a chamber, below 1 bar absolute", PERIOD,
-           _cavitation),
-    Metric("lowest_pressure_bar", "lowest pressure", "bar", "more", "of any chamber, absolute", 0.0, _lowest),
+           lambda run: chamber_row(run.t, run.lowest_pressure)["cavitation_s"]),
+    Metric("lowest_pressure_bar", "lowest pressure", "bar", "more", "of any chamber, absolute", 0.0,
+           lambda run: chamber_row(run.t, run.lowest_pressure)["lowest_pressure_bar"]),
     Metric("residual_oscillation", "lasting oscillation", "1", "less",
            "peak to peak over the last 0.3 s without noise, as a part of the step or of what a load pushes", STEP,
            _oscillation, "% of step"),

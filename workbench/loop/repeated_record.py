@@ -15,6 +15,7 @@ from ..rigs.rig import Rig
 from . import step_metrics as metrics
 from .batch import CHUNK, play_lanes
 from .learning import Iteration, PlayedLanes
+from .metrics import chamber_row
 from .rows import LoopSetup
 from .sampled_loop import SampledLoop
 from .scenarios import Scenario
@@ -65,7 +66,7 @@ class RepeatedRecord:
             logged(signals, setup.rig, setup.engine.plant.outputs, seed)[name] - self.level,
             signals["command"],
             metrics.saturated_time(run.record.t, run.demanded, signals["command"]),
-            float(signals["lowest_pressure"].min()) if setup.rig.is_jack else None,
+            chamber_row(run.record.t, signals.get("lowest_pressure")),
             run.tripped,
             gain,
         )

@@ -97,5 +97,5 @@ def saturated_time(t: np.ndarray, demanded: np.ndarray, realised: np.ndarray) ->
 
 
 def cavitation_time(t: np.ndarray, lowest: np.ndarray) -> float:
-    """Time [s] with gas in any chamber, of its lowest pressure [k] Pa, absolute."""
-    return float(np.sum(lowest < CAVITATES) * (t[1] - t[0]))
+    """Time [s] with gas in any chamber, of its lowest pressure [k] Pa, absolute, at t [k] s."""
+    return float((lowest < CAVITATES) @ np.gradient(t))

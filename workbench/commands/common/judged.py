@@ -34,10 +34,21 @@ def gas_words(rows: Iterable[Mapping[str, Any]]) -> str:
     if not those:
         return ""
     longest, others = those[0], len(those) - 1
-    rig = f" on {longest['rig']}" if "rig" in longest else ""
+    names = [f" {word} {longest[key]}" for word, key in (("with", "controller"), ("on", "rig")) if key in longest]
     more = f", and for less long in {counted(others, 'other run')}" if others else ""
     return (
-        f" Gas comes out of the oil in a chamber: {longest['scenario']} with {longest['controller']}{rig}, for "
-        f"{1e3 * longest['cavitation_s']:.3g} ms and down to {longest['lowest_pressure_bar']:.2g} bar absolute{more}. "
+        f" Gas comes out of the oil in a chamber: {_played(longest)}{''.join(names)}, {gas_span(longest)}{more}. "
         "The chamber carries next to nothing then, and what fills again may knock."
     )
+
+
+def gas_span(row: Mapping[str, Any]) -> str:
+    """For how long gas is out of the oil, and down to which pressure."""
+    return f"for {1e3 * row['cavitation_s']:.3g} ms and down to {row['lowest_pressure_bar']:.2g} bar absolute"
+
+
+def _played(row: Mapping[str, Any]) -> str:
+    """What was played: a scenario, a sine, an iteration or a record."""
+    if "frequency" in row:
+        return f"a sine of {row['frequency']:g} Hz"
+    return row.get("scenario") or (f"iteration {row['iteration']}" if "iteration" in row else "the record")

@@ -17,6 +17,7 @@ from ...loop.rows import LinearLoops
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, FrequencyCurve, Mark, Page, Panel, Section, Table, bode, gains
 from ..common.fitted_plant import with_fit
+from ..common.judged import gas_words
 from ..common.metric_table import MetricView
 from ..common.time_figure import signal_panel
 from .drawn import DrawnErrors
@@ -127,7 +128,8 @@ def _errors(config: InverseConfig, metrics: Mapping[str, Any]) -> Table:
     keys = ("controller", "rig", "designed on", "error_rms", "error_rms_inverse", "factor", "peak_command", "tripped")
     rows = [{**row, "designed on": row["rig"] in config.designed_on} for row in metrics["rows"]]
     view = MetricView.of(config.rig, config.signal)
-    return view.table("Error of the record", rows, keys, "True errors, with noise and computing delay.")
+    note = f"True errors, with noise and computing delay.{gas_words(rows)}"
+    return view.table("Error of the record", rows, keys, note)
 
 
 def _seen(f: np.ndarray) -> np.ndarray:

@@ -91,6 +91,7 @@ def _rows(controller: str, reference: np.ndarray, runs: Mapping[str, Mapping[str
             "error_rms_inverse": filtered,
             "factor": without / filtered,
             "peak_command": float(np.abs(run["inverse"].command).max()),
+            **run["inverse"].chambers,
             "tripped": run["inverse"].tripped,
         })  # fmt: skip
     return rows

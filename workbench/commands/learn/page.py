@@ -13,8 +13,8 @@ from ...loop.learning import Learned, LearningFilter, rms
 from ...records.excitation import Excitation, excitation_text
 from ...records.frequency_sheet import table_text
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Style, Table
-from ...rigs.oil import CAVITATES
 from ...rigs.platform import AXES
+from ..common.judged import gas_span
 from ..common.metric_table import MetricView
 from ..common.record_experiment import RecordExperiment
 from .drawn import DrawnLearning, drawn_sections
@@ -58,7 +58,8 @@ def rows(learned: Mapping[str, Learned]) -> list[dict[str, Any]]:
             "peak_drive": float(np.abs(iteration.drive).max()),
             "peak_command": float(np.abs(iteration.command).max()),
             "saturated_s": iteration.saturated,
-            "lowest_pressure": iteration.lowest_pressure,
+            "lowest_pressure": _pascal(iteration.chambers["lowest_pressure_bar"]),
+            **iteration.chambers,
             "tripped": iteration.tripped,
         }
         for name, each in learned.items()
@@ -160,9 +161,9 @@ def shown(record: RecordExperiment, values: float | np.ndarray) -> np.ndarray:
     return from_si(values, record.signal.unit, record.signal.si)
 
 
-def _bar(pressure: float | None) -> float | None:
-    """A pressure [Pa] in bar; None of a plant without chambers."""
-    return None if pressure is None else pressure / 1e5
+def _pascal(pressure: float | None) -> float | None:
+    """A pressure [bar] in Pa; None of a plant without chambers."""
+    return None if pressure is None else 1e5 * pressure
 
 
 def _limits(learned: Mapping[str, Learned]) -> str:
@@ -170,9 +171,8 @@ def _limits(learned: Mapping[str, Learned]) -> str:
     sentences = ""
     for name, each in learned.items():
         best = each.best
-        if best.lowest_pressure is not None and best.lowest_pressure < CAVITATES:
-            low = f"{_bar(best.lowest_pressure):.2g} bar absolute"
-            sentences += f" Out of reach on {name}: gas comes out of the oil in a chamber, at {low}."
+        if best.chambers["cavitation_s"]:
+            sentences += f" Out of reach on {name}: gas comes out of the oil in a chamber, {gas_span(best.chambers)}."
         if best.saturated:
             sentences += f" On {name} the command is limited for {best.saturated:.3g} s."
         if each.iterations[0].tripped:
@@ -188,7 +188,7 @@ def _count(learned: Learned) -> str:
 def _table(record: RecordExperiment, learned: Mapping[str, Learned]) -> Table:
     keys = (
         *("rig", "iteration", "error_rms", "error_db", "true_error_rms", "true_error_peak", "gain", "kept"),
-        *("peak_drive", "peak_command", "saturated_s", "lowest_pressure"),
+        *("peak_drive", "peak_command", "saturated_s", "cavitation_s", "lowest_pressure_bar"),
     )
     stops = "; ".join(f"{name} stopped: {each.stopped}" for name, each in learned.items())
     note = f"{stops}. Errors are as the sensor has them, true ones as the plant has them; iteration 0 plays the record."

@@ -15,6 +15,7 @@ from ...loop.platform.setup import PlatformSetup
 from ...loop.platform.steps import SHOWN, UNITS
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
 from ...rigs.platform import AXES
+from ..common.judged import gas_words
 from ..common.metric_table import MetricView
 from .options import PlatformLearnConfig
 from .page import errors_figure, record_figure
@@ -106,9 +107,10 @@ def _falls(found: PlatformLearning, metrics: Mapping[str, Any]) -> Table:
 def _iterations(metrics: Mapping[str, Any]) -> Table:
     keys = (
         *("rig", "iteration", "error_rms", "error_db", "true_error_rms", "acceleration_error_rms", "gain", "kept"),
-        *("peak_command", "lowest_pressure", "tripped"),
+        *("peak_command", "cavitation_s", "lowest_pressure_bar", "tripped"),
     )
     note = "Errors are as the sensors have them in the band of Q, true ones as the plant has them."
+    note += gas_words(metrics["rows"])
     return MetricView().table("Iterations", metrics["rows"], keys, note, heads={"rig": "payload"})
 
 

@@ -12,11 +12,13 @@ from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...base.words import counted, spanned
 from ...loop.limit import Limit, settling_limit
+from ...loop.metrics import chamber_row
 from ...loop.scenarios import Scenario
 from ...loop.tracking_limit import TrackingLimit, tracking_limit
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ...rigs.rig import Rig
 from ..common.bench_experiment import BenchConfig
+from ..common.judged import gas_words
 from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.step_experiment import StepConfig
@@ -24,12 +26,12 @@ from ..common.step_experiment import StepConfig
 _NOMINAL = "nominal"
 PLACES = (-0.5, 0.0, 0.5)  # of the stroke limit, where a scenario does not say where it starts
 _STEPS = (
-    *("scenario", "rig", "x_m", "stiffness_n_per_m", "limit_s", "mesh_difference_s", "lowest_pressure_bar"),
-    *("peak_command", "overshoot_percent", "played_off_percent", "reason"),
+    *("scenario", "rig", "x_m", "stiffness_n_per_m", "limit_s", "mesh_difference_s", "cavitation_s"),
+    *("lowest_pressure_bar", "peak_command", "overshoot_percent", "played_off_percent", "reason"),
 )
 _MOVING = (
-    *("scenario", "x_m", "limit_error", "mesh_difference_error", "largest_error", "lowest_pressure_bar"),
-    *("peak_command", "reason"),
+    *("scenario", "x_m", "limit_error", "mesh_difference_error", "largest_error", "cavitation_s"),
+    *("lowest_pressure_bar", "peak_command", "reason"),
 )
 _SHOWN = ("position", "force", "command", "pa", "pb")
 
@@ -100,7 +102,7 @@ def _row(step: PlacedStep, limit: Limit | TrackingLimit) -> dict[str, Any]:
         "moves": not step.scenario.is_step,
         "x_m": step.position,
         "stiffness_n_per_m": step.rig.specimen_stiffness,
-        "lowest_pressure_bar": None if limit.lowest_pressure is None else limit.lowest_pressure / 1e5,
+        **chamber_row(limit.signals.get("t [s]", np.zeros(0)), limit.signals.get("lowest_pressure")),
         "peak_command": limit.peak_command,
         "reason": limit.reason,
         **dict.fromkeys(_OWN),
@@ -196,7 +198,7 @@ def _verdict(rows: Sequence[Mapping[str, Any]]) -> str:
     said += [f"The nearest that the optimiser follows, root mean square: {'; '.join(followed)}."] if followed else []
     lacking = sum(row["limit_s"] is None and row["limit_error"] is None for row in rows)
     said += [f"No limit in {lacking} of {counted(len(rows), 'row')}; the table says why."] if lacking else []
-    return " ".join(said)
+    return " ".join(said) + gas_words(rows)
 
 
 def _meshes(rows: Sequence[Mapping[str, Any]]) -> str:

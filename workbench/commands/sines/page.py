@@ -7,7 +7,7 @@ import numpy as np
 
 from ...loop.sines import AMPLITUDE, ARRIVES, JUDGED, PHASE
 from ...report import Curve, Figure, Mark, Page, Panel, Section, Table
-from ..common.judged import played_words
+from ..common.judged import gas_words, played_words
 from ..common.metric_table import MetricView
 from .options import SinesConfig
 
@@ -87,14 +87,13 @@ def _up_to(rows: Rows) -> str:
 def _table(config: SinesConfig, rows: Rows) -> Table:
     keys = (
         *("rig", "frequency", "amplitude", "way", "amplitude_error_percent", "phase_error_deg", "third_db", "cycles"),
-        *("peak_command", "lowest_pressure", "tripped"),
+        *("peak_command", "cavitation_s", "lowest_pressure_bar", "tripped"),
     )
     lines = [{**row, "way": WAYS[row["way"]]} for row in rows]
     note = (
         f"True values over cycles {ARRIVES + 1} to {ARRIVES + JUDGED}. APC: amplitude and phase control; AHC: odd "
         f"harmonics up to {config.harmonics} times the frequency are taken out where the loop leaves room. "
-        "Below 1 bar, absolute, gas comes out of the oil. "
-        f"{played_words(config.conditions, config.rig)}"
+        f"{played_words(config.conditions, config.rig)}{gas_words(rows)}"
     )
     return MetricView().table("", lines, keys, note)
 

@@ -10,6 +10,7 @@ from ...base.errors import InputError
 from ...base.words import counted
 from ...control.controller_spec import ControllerSpec
 from ...control.protocol import graph_law
+from ...loop.metrics import chamber_row
 from ...loop.rig_variations import with_delay
 from ...loop.rows import LinearLoops, LoopSetup, linear_loops, loop_setup
 from ...loop.sampled_loop import SampledLoop
@@ -120,6 +121,7 @@ def _row(config: SinesConfig, spec: ControllerSpec, setup: LoopSetup, asked: Sin
         "peak_command": float(np.abs(signals["command"]).max()),
         "saturated_s": saturated_time(run.record.t, run.demanded, signals["command"]),
         "lowest_pressure": float(signals["lowest_pressure"].min()),
+        **chamber_row(run.record.t, signals["lowest_pressure"]),
         "tripped": run.tripped,
     }
 

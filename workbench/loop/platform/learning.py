@@ -25,6 +25,7 @@ from ..learning import (
     record_frequencies,
     spectrum,
 )
+from ..metrics import chamber_row
 from ..repeated_record import noise_seed
 from ..step_metrics import saturated_time
 from .loop import run_platform
@@ -150,7 +151,7 @@ class RepeatedMotion:
             measured_pose(self.setup, self.controller, run, seed) * weights,
             run.sent,
             limited,
-            float(run.signals["lowest_pressure"].min()),
+            chamber_row(run.t, run.signals["lowest_pressure"]),
             run.tripped,
             gain,
         )
