@@ -12,9 +12,22 @@ from workbench.engine import Engine
 from workbench.engine.emit import first_unsupported
 from workbench.linear import equilibrium, linearise
 from workbench.plant import assembly, build, build_force_port, build_pilot_bench, build_valve_bench
-from workbench.plant.effects import EQUATIONS, LIBRARY, PUMP_LIBRARY, SLOTS, applies, find, missing, valves_with
+from workbench.plant.effects import (
+    EQUATIONS,
+    LIBRARY,
+    PUMP_LIBRARY,
+    SLOTS,
+    applies,
+    find,
+    missing,
+    numbers_of,
+    valves_with,
+)
+from workbench.plant.effects.declared import effects_for
+from workbench.plant.valve import VALVES as PLANT_VALVES
+from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
-from workbench.rigs.rig_file import load_rig
+from workbench.rigs.rig_file import bundled, load_rig
 from workbench.rigs.valve import VALVES
 
 NAMES = {
@@ -237,7 +250,6 @@ def test_what_does_not_apply_is_refused(rig):
     assert named["second-order"] == set(NAMES)
     assert named["three-stage"] == set(NAMES) - {"main.rate"}
     spools = {
-        "line.hose",
         "drive.corrector",
         "pilot.hysteresis",
         *(name for name in NAMES if name.startswith(("main.", "supply."))),
@@ -338,3 +350,34 @@ def mode(plant, p):
     poles = linearise(plant, equilibrium(plant, p=p), p=p).poles()
     (pole,) = (pole for pole in poles if pole.imag > 0 and 10 < abs(pole) / (2 * np.pi) < 40)
     return abs(pole)
+
+
+@pytest.mark.parametrize("name", [name for name in bundled() if load_rig(name).is_jack])
+def test_a_declared_hose_without_numbers_suits_the_rig_s_flow(name):
+    """A lossless line of length l resonates, lumped, at c/(2 pi l), c^2 = beta/rho; rated flow is a few m/s."""
+    rig = load_rig(name)
+    declared = replace(rig, effects=(EffectUse("line.hose", "lumped", {}),))
+    numbers = {key: numbers_of(declared)[f"line.hose.{key}"].value for key in ("r", "f", "zeta")}
+    plant = build(declared)
+    assert [plant.parameter_values()[plant.parameters.index(f"line.hose.{key}")] for key in numbers] == [
+        *numbers.values()
+    ]
+    length = np.sqrt(rig["beta"] / 850) / (2 * np.pi * numbers["f"])
+    assert 0.5 < length < 3
+    volume = numbers["r"] * (rig["S"] / 2 * np.mean(rig.areas) + np.mean(rig.dead_volumes))
+    assert 1.5 < float(PLANT_VALVES[rig.valve].rated_flow(rig)) * length / volume < 6
+    said = Number("r", 0.02, "1", "1", "measured")
+    own = replace(rig, effects=(EffectUse("line.hose", "lumped", {"r": said}),))
+    assert numbers_of(own)["line.hose.r"].value == 0.02
+
+
+def test_a_hose_is_declared_and_not_sought_where_the_rig_describes_it():
+    """What a pump's hoses give is in its file; of a servo-valve's rig nothing is."""
+    sought = {
+        name: {each.name for each in effects_for(load_rig(name))} for name in ("pump-rig", "two-way-pump-rig", "crane")
+    }
+    assert [sorted(names & {"line.hose", "hose.compliance"}) for names in sought.values()] == [
+        ["hose.compliance"],
+        ["hose.compliance"],
+        ["line.hose"],
+    ]

@@ -204,7 +204,7 @@ def test_a_mistake_in_an_effect_is_named(with_effect, name, formula, numbers, me
 
 
 def test_numbers_come_in_their_unit(with_effect):
-    ((_, values),) = resolve(with_effect("jack.friction", "coulomb", Fc=(0.5, "kN")).effects)
+    ((_, values),) = resolve(with_effect("jack.friction", "coulomb", Fc=(0.5, "kN")))
     assert values["Fc"] == pytest.approx(500.0)
 
 

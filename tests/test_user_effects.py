@@ -193,5 +193,5 @@ def test_an_unknown_name_is_sought_in_the_files_too(written, rig, with_effect):
     own = replace(with_effect("my.drg"), effect_files=(str(written(DRAG)),))
     with pytest.raises(InputError, match=re.escape('no effect "my.drg"; did you mean "my.drag"?')):
         build(own)
-    ((effect, values),) = resolve(with_effect("my.drag").effects, own.effect_files)
+    ((effect, values),) = resolve(replace(with_effect("my.drag"), effect_files=own.effect_files))
     assert (effect.name, values) == ("my.drag", {"c": 400.0})

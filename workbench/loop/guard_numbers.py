@@ -227,20 +227,19 @@ def _dry_friction(rig: Rig) -> float:
 def _line(rig: Rig) -> tuple[float, float]:
     """What mass [kg] and drag [N s/m] the oil of the hoses is for the piston, which pressures at the valve have beyond
     those of the chambers: A^2 of both times inertance, 1/(C w0^2), and most loss over flow."""
-    from ..plant.effects.library.hose import capacitance  # here: what only reads an experiment needs no graph
-    from ..plant.valve.lands import rated_flow
+    from ..plant.effects.library.hose import capacitance, mean_volume  # here: what only reads files needs no graph
+    from ..plant.valve import VALVES
 
     parts = ((name.rpartition("."), number.value) for name, number in _numbers_of(rig).items())
     own = {name: value for (of, _, name), value in parts if of == "line.hose"}
     if not own.get("r"):
         return 0.0, 0.0
     areas, w0 = np.array(rig.areas), 2 * math.pi * own["f"]
-    volume = rig["S"] / 2 * areas.mean() + np.mean(rig.dead_volumes)
-    inertance = 1 / (float(capacitance(own["r"], volume, rig["beta"])) * w0 * w0)
+    inertance = 1 / (float(capacitance(own["r"], mean_volume(rig), rig["beta"])) * w0 * w0)
     if "zeta" in own:
         resistance = np.full(2, 2 * own["zeta"] * w0 * inertance)
     else:
-        resistance = own["loss"] * rig["Ps"] * areas * rig.limit("speed") / rated_flow(rig) ** 2
+        resistance = own["loss"] * rig["Ps"] * areas * rig.limit("speed") / VALVES[rig.valve].rated_flow(rig) ** 2
     return inertance * float(areas @ areas), float(resistance @ areas**2)
 
 

@@ -158,7 +158,7 @@ def build_blocked_valve(rig: Rig) -> Plant:
 
 def _assembly(rig: Rig, name: str, also: Sequence[Effect] = ()) -> Assembly:
     try:
-        effects = resolve(rig.effects, rig.effect_files)
+        effects = resolve(rig)
     except InputError as error:
         raise InputError(f"rig {rig.name}: {error}") from None
     effects += tuple((effect, {number.name: number.typical for number in effect.numbers}) for effect in also)

@@ -156,7 +156,7 @@ def _is_known(signal: str) -> bool:
 def numbers_of(rig: Rig) -> dict[str, tuple[str, str]]:
     """Unit and meaning of each number of a rig and of its effects."""
     known = {name: (number.si, rig.specs[name].meaning) for name, number in rig.numbers.items()}
-    for effect, _ in resolve(rig.effects, rig.effect_files):
+    for effect, _ in resolve(rig):
         known |= {effect.key(number.name): (number.si, number.meaning) for number in effect.numbers}
     return known
 

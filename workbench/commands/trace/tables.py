@@ -179,7 +179,7 @@ def untested_table(trace: Trace, library: Sequence[Effect]) -> Table | None:
         elif name not in fit:
             rows.append([name, f"a {rig.valve} valve has {missing(kinds[name], rig.valve)}"])
         elif name not in able:
-            rows.append([name, "the rig has nothing that it acts on"])
+            rows.append([name, "the rig has nothing that it acts on, or describes it by a number of its own"])
         elif kinds[name].alike:
             rows.append([name, "it looks much like a late command, and is tried where that leaves a misfit"])
         elif name not in named:

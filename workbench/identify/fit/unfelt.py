@@ -16,7 +16,7 @@ _INPUTS = ("load_setting", "disturbance")  # that a record may carry, and that a
 
 def unfelt_force(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> tuple[str, str] | None:
     """What a record's force is, and the remedy, where the rig cannot have it; None where it can, or is silent."""
-    if any("load" in effect.laws for effect, _ in resolve(rig.effects, rig.effect_files)):
+    if any("load" in effect.laws for effect, _ in resolve(rig)):
         return None
     for record in campaign.records:
         if rig.in_session(campaign.session_of(record.name)).cell_is_idle and _moves(record, floor):

@@ -7,6 +7,7 @@ from typing import Any
 
 from ...base.errors import InputError, nearest
 from ...base.units import to_si
+from ...rigs.rig import Rig
 from .effect import EQUATIONS, Effect, EffectNumber, EffectState, Scope
 from .slots import SLOTS
 
@@ -75,10 +76,13 @@ def effect(
     also: Mapping[str, Law] | None = None,
     kinds: tuple[str, ...] = (),
     elsewhere: str = "",
+    described: str = "",
+    usual: Callable[[Rig], Mapping[str, float]] | None = None,
     alike: str = "",
 ) -> Callable[[Law], Effect]:
     """Makes an effect of the function below it, which is its law in `slot`; `also` are laws in further slots, `kinds`
-    those of valve on whose rigs alone it is sought and `elsewhere` what the others have in its stead, `alike` a
+    those of valve on whose rigs alone it is sought and `elsewhere` what the others have in its stead, `described` a
+    number by which some rigs describe it already, `usual` numbers that fit a rig better than typical ones, `alike` a
     family that explains nearly all that it does. A law that calls what it is given `_` does without, and acts first.
 
     Raises InputError for a name, equation, slot or number that cannot be.
@@ -86,9 +90,11 @@ def effect(
 
     def declare(law: Law) -> Effect:
         laws = {slot: law, **(also or {})}
-        free = {"kinds": kinds, "elsewhere": elsewhere, "alike": alike, "family": family}
+        free = {"kinds": kinds, "elsewhere": elsewhere, "described": described, "usual": usual}
         anew = next(iter(signature(law).parameters)) == "_"
-        new = Effect(name, formula, equation, source, shows, laws, numbers, states, anew=anew, **free)
+        new = Effect(
+            name, formula, equation, source, shows, laws, numbers, states, family=family, alike=alike, anew=anew, **free
+        )
         check(new)
         return new
 

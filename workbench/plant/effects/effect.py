@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 
 from ...base.errors import InputError, nearest
+from ...rigs.rig import Rig
 from .slots import valves_with
 
 EQUATIONS = ("drive", "pilot", "main", "flow", "force", "sensor")
@@ -77,7 +78,9 @@ class Effect:
     shows it. `delay` names the number by which the plant's command is late: whoever feeds the plant holds it back;
     where it is `interpolated`, the plant holds the mean over each period of what arrives in it. `kinds` are those of
     valve on whose rigs alone it is sought, without any all that have its slots; `elsewhere` is what the others have in
-    its stead, to be read after "a ... valve has". `alike` is a family that explains nearly all that it does: it is
+    its stead, to be read after "a ... valve has". `described` is a number by which some rigs describe it already: on
+    these it is declared, never sought. `usual` are numbers that fit a rig better than typical ones: those of a rig that
+    declares it without them. `alike` is a family that explains nearly all that it does: it is
     declared, never sought, and named beside that family. `shifts` names a number of the rig to which its first number
     is added: no effect, but a number that the rig file has wrong. `bends` are weighted sums of its numbers that are 0
     where a static curve of many numbers is straight: what tells little of them leaves it so. `anew`: what it passes on
@@ -98,6 +101,8 @@ class Effect:
     interpolated: bool = False
     kinds: tuple[str, ...] = ()
     elsewhere: str = ""
+    described: str = ""
+    usual: Callable[[Rig], Mapping[str, float]] | None = None
     alike: str = ""
     shifts: str = ""
     bends: tuple[Mapping[str, float], ...] = ()

@@ -11,7 +11,6 @@ from ...base import trust
 from ...base.errors import InputError, nearest
 from ...base.files import read_bytes
 from ...base.units import from_si, to_si
-from ...rigs.inner_loop import DELAY
 from ...rigs.linear_rig import LinearRig
 from ...rigs.number import Number
 from ...rigs.rig import EffectUse, Rig
@@ -63,9 +62,8 @@ def applies(effect: Effect, rig: Rig) -> bool:
 
 
 def acts(effect: Effect, rig: Rig) -> bool:
-    """Whether it applies and this rig has what it acts on, losses a motor, and not its number already: the delay of an
-    inner loop is that of the command."""
-    if effect.delay and DELAY in rig.numbers:
+    """Whether it applies and this rig has what it acts on, losses a motor, and does not describe it already."""
+    if effect.described in rig.numbers:
         return False
     needed = rig.valve_kind.slot_numbers
     return applies(effect, rig) and all(needed[slot] in rig.numbers for slot in effect.laws if slot in needed)
@@ -180,33 +178,45 @@ def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
     raise InputError(f'{name}: no formula "{formula}"; {nearest(formula, [effect.formula for effect in named])}')
 
 
-def resolve(
-    uses: Iterable[EffectUse], files: Iterable[str | Path] = ()
-) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
-    """The effects a rig declares, with their numbers in SI; a number that it does not give is the typical one."""
-    uses, known = tuple(uses), known_effects(files)
-    names = [use.name for use in uses]
+def resolve(rig: Rig) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
+    """The effects a rig declares, with their numbers in SI; a number that it does not give is the usual one on it.
+
+    Raises InputError for an effect that there is not, or that is there twice, or a number that it has not.
+    """
+    known = known_effects(rig.effect_files) if rig.effects else ()
+    names = [use.name for use in rig.effects]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"effect {name} is declared twice; keep one formula of it")
-    return tuple(_resolve(use, known) for use in uses)
+    resolved = []
+    for use in rig.effects:
+        effect, numbers = _resolve(use, rig, known)
+        values = {name: number.value for name, number in numbers.items()}
+        check_knots(effect, values)
+        resolved.append((effect, values))
+    return tuple(resolved)
 
 
-def _resolve(use: EffectUse, known: tuple[Effect, ...]) -> tuple[Effect, Mapping[str, float]]:
+def _resolve(use: EffectUse, rig: Rig, known: tuple[Effect, ...]) -> tuple[Effect, dict[str, Number]]:
     effect = _find(known, use.name, use.formula)
     specs = {number.name: number for number in effect.numbers}
-    values = {name: number.typical for name, number in specs.items()}
+    usual = effect.usual(rig) if effect.usual else {}
+    numbers = {
+        name: Number(
+            name, usual.get(name, spec.typical), spec.si, spec.si, "usual on this rig" if name in usual else "typical"
+        )
+        for name, spec in specs.items()
+    }
     for name, given in use.numbers.items():
         if name not in specs:
             raise InputError(f'{use.name}: no number "{name}"; {nearest(name, specs)}')
-        values[name] = _in_si(use, specs[name], given).value
-    check_knots(effect, values)
-    return effect, values
+        numbers[name] = _in_si(use, specs[name], given)
+    return effect, numbers
 
 
 def numbers_of(rig: Rig | LinearRig) -> dict[str, Number]:
     """All numbers of a rig, its own and those of the effects that it declares, by the plant's names for them, SI; one
-    of an effect that its file does not give is the typical one, without bounds.
+    of an effect that its file does not give is the usual one, without bounds.
 
     Raises InputError for an effect that there is not, or a number that it has not.
     """
@@ -215,10 +225,8 @@ def numbers_of(rig: Rig | LinearRig) -> dict[str, Number]:
         return numbers
     known = known_effects(rig.effect_files)
     for use in rig.effects:
-        effect, _ = _resolve(use, known)
-        for spec in effect.numbers:
-            given = use.numbers.get(spec.name) or Number(spec.name, spec.typical, spec.si, spec.si, "typical")
-            numbers[effect.key(spec.name)] = replace(_in_si(use, spec, given), name=effect.key(spec.name))
+        effect, own = _resolve(use, rig, known)
+        numbers |= {effect.key(name): replace(number, name=effect.key(name)) for name, number in own.items()}
     return numbers
 
 

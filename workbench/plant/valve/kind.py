@@ -44,7 +44,7 @@ class Valve(ABC):
         """Signals inside the valve that saturate, with their limits [SI]."""
         return {}
 
-    def rated_flow(self, b: Assembly) -> ca.SX:
+    def rated_flow(self, b: Assembly | Rig) -> ca.SX:
         """Flow [m^3/s] of all valves at full travel and 35 bar a land."""
         return rated_flow(b)
 

@@ -127,9 +127,9 @@ class Pump(Valve):
         signals["pump_speed"] = speed * asked
         return ValveFlows(valves.into_a, valves.out_of_b, lowest, signals, opened[0])
 
-    def rated_flow(self, b: Assembly) -> ca.SX:
+    def rated_flow(self, b: Assembly | Rig) -> ca.SX:
         """Flow [m^3/s] of all pumps at full speed."""
-        return b["n"] * b["D"] * b["nmax"]
+        return ca.SX(b["n"] * b["D"] * b["nmax"])
 
     def rest_pressure(self, rig: Rig) -> float:
         """That of the low side."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 
+from ....rigs.inner_loop import DELAY
 from ..decorator import effect, number, state
 from ..effect import Effect, Scope
 from ..lag import first_order, second_order
@@ -64,6 +65,7 @@ shift = Effect(
     (_DELAY,),
     family=_TIMING,
     delay="delay",
+    described=DELAY,
 )
 """The command is late: no law in the plant, whoever feeds it holds the command back."""
 

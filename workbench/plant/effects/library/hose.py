@@ -7,14 +7,22 @@ capacitance C = r V/beta of a line, r its volume over the chamber's mean one V a
 
 above saturation; below, gas comes out of the oil as in a chamber (plant/oil.py) and goes along: of what flows, the
 share of oil is that in the volume it leaves, so that a column that runs on empties none. A line below 1 % of V comes on
-as 1 - exp(-1e6 r), so that one without volume is none; no air is in its oil.
+as 1 - exp(-1e6 r), so that one without volume is none; no air is in its oil. A pump drive, whose file has what its
+hoses give, may declare lines between pump and jack; its trace seeks hose.compliance.
+
+Where a rig file gives no r, lines have the next nominal bore (ISO 4397) in which oil at rated flow is no faster than
+4.6 m/s, the most that is recommended of pressure hoses (Rabie, Fluid Power Engineering, McGraw-Hill 2009, ch. 3), and
+the length of the typical resonance.
 """
 
+import math
 from collections.abc import Callable
 from functools import partial
 
 import casadi as ca
+import numpy as np
 
+from ....rigs.rig import Rig
 from ...gas import Filling, filling
 from ..decorator import effect, number, state
 from ..effect import EffectNumber, Scope
@@ -22,6 +30,27 @@ from ..effect import EffectNumber, Scope
 _Pair = tuple[ca.SX, ca.SX]
 _ONSET = 1e-6  # of the chamber's volume, over which a line comes on; wider, a share of a small line is like a large one
 _LEAST = 1e-2  # of it: the volume of a line that is coming on
+
+
+_SPEED = 4.6  # m/s: of the oil at rated flow
+_BORES = 1e-3 * np.array([3.2, 4, 5, 6.3, 8, 10, 12.5, 16, 19, 25, 31.5, 38, 51, 63, 76, 102])  # m
+_DENSITY = 850.0  # kg/m^3, of mineral oil
+_WIDEST, _RESONANCE = 3.0, 150.0  # r; f [Hz]
+
+
+def mean_volume(rig: Rig) -> float:
+    """The mean volume [m^3] of a rig's chambers at mid stroke."""
+    return rig["S"] / 2 * float(np.mean(rig.areas)) + float(np.mean(rig.dead_volumes))
+
+
+def usual(rig: Rig) -> dict[str, float]:
+    """The r, within its range, of a line whose bore suits a rig's rated flow."""
+    from ...valve import VALVES  # here: their graphs have slots for effects
+
+    wanted = math.sqrt(4 * float(VALVES[rig.valve].rated_flow(rig)) / (math.pi * _SPEED))
+    bore = next((bore for bore in _BORES if bore >= wanted), wanted)
+    length = math.sqrt(rig["beta"] / _DENSITY) / (2 * math.pi * _RESONANCE)
+    return {"r": min(math.pi / 4 * float(bore) ** 2 * length / mean_volume(rig), _WIDEST)}
 
 
 def _on(s: Scope) -> ca.SX:
@@ -66,8 +95,8 @@ def _through(flows: _Pair, s: Scope, slowed: Callable[[ca.SX, ca.SX, ca.SX], ca.
 def _numbers(loss: EffectNumber) -> tuple[EffectNumber, ...]:
     volume, frequency = "volume of a line over the chambers' mean one at mid stroke", "resonance of the line alone"
     return (
-        number("r", 0.1, "1", shown="%", low=0.0, high=3.0, off=0.0, meaning=volume, tried=(0.03, 0.4)),
-        number("f", 150.0, "Hz", low=5.0, high=1000.0, meaning=frequency, tried=(50.0, 400.0)),
+        number("r", 0.1, "1", shown="%", low=0.0, high=_WIDEST, off=0.0, meaning=volume, tried=(0.03, 0.4)),
+        number("f", _RESONANCE, "Hz", low=5.0, high=1000.0, meaning=frequency, tried=(50.0, 400.0)),
         loss,
     )
 
@@ -86,8 +115,8 @@ _hose = partial(
         state("qA", "m^3/s", 1e-3),
         state("qB", "m^3/s", 1e-3),
     ),
-    kinds=("three-stage", "second-order"),
-    elsewhere="no servo-valve, so no hose between valve and jack (its own are hose.compliance)",
+    described="ChA",
+    usual=usual,
 )
 
 
