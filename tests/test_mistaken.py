@@ -12,18 +12,25 @@ from experiments.studies.trace.campaigns.draw import CampaignPlan, drawn_scene
 from experiments.studies.watch.made_rig import MadeRig, write_sessions
 from workbench.base.errors import InputError
 from workbench.commands.common.outcome import no_checkpoint
-from workbench.commands.trace.study import run_trace
+from workbench.commands.fit.study import fit_campaign
+from workbench.commands.residual.study import run_residual
+from workbench.commands.trace.study import run_trace, trace_campaign
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
 from workbench.identify.fit import mistaken
-from workbench.identify.fit.late import Lags, earlier
+from workbench.identify.fit.late import Lags
 from workbench.identify.fit.mistaken import check_columns
 from workbench.identify.fit.rehearsal import Rehearsal, Tried
 from workbench.identify.fit.unfelt import unfelt_force
 from workbench.identify.trace import estimation_problem
+from workbench.plant import build
+from workbench.plant.effects.declared import effects_for
+from workbench.plant.effects.logger import LOGGER_SHIFT
 from workbench.records import load_campaign
+from workbench.rigs.driven import SHIFT, driven
 from workbench.rigs.number import Number
-from workbench.rigs.rig_file import load_rig
+from workbench.rigs.rig import EffectUse
+from workbench.rigs.rig_file import load_rig, save_rig
 
 BUNDLED = Path(__file__).parents[1] / "workbench" / "rigs" / "jack-10t.toml"
 SAMPLE = Path(__file__).parents[1] / "experiments" / "sample"
@@ -114,7 +121,7 @@ def late(shifts, swap=False):
     """A record of which signals are late [s]; the pressures may have changed places too."""
 
     def change(record):
-        moved = earlier(record, {name: -shift for name, shift in shifts.items()})
+        moved = record.earlier({name: -shift for name, shift in shifts.items()})
         swapped = {"pa": moved.signals["pb"], "pb": moved.signals["pa"]} if swap else {}
         return replace(moved, signals={**moved.signals, **swapped})
 
@@ -286,3 +293,46 @@ def test_a_healthy_session_whose_first_fit_is_caught_on_its_way_is_not_called_la
     (session,) = tmp_path.iterdir()
     campaign = load_campaign(session)
     check_columns(campaign, load_rig(campaign.rig), scored_floor(campaign, load_rig(campaign.rig)))
+
+
+def shifting(**late):
+    """The rubbing cylinder whose file declares channels as late [ms]."""
+    numbers = {name: Number(name, each, "ms", "ms", "made up") for name, each in late.items()}
+    rig = rubbing()
+    return replace(rig, effects=(*rig.effects, EffectUse(SHIFT, "", numbers)))
+
+
+def test_what_a_rig_declares_as_late_or_early_is_put_back_before_anything_is_compared(tmp_path):
+    """In residual, fit and trace, from its file; and the trace names no shift any more."""
+    wrong = made_late(rubbing_campaign(), late({"position": 8e-3, "spool": -6e-3}))
+    save_rig(shifting(position=8.0, spool=-6.0), tmp_path / "rig.toml")
+    declared = load_rig(tmp_path / "rig.toml")
+    back, as_it_was = driven(wrong, declared), rubbing_campaign()
+    chi2 = run_residual(as_it_was, rubbing(), no_checkpoint, lambda _: None).metrics["chi2"]
+    assert run_residual(back, declared, no_checkpoint, lambda _: None).metrics["chi2"] == pytest.approx(chi2, rel=0.1)
+    with pytest.raises(InputError, match="late"):
+        run_residual(driven(wrong, rubbing()), rubbing(), no_checkpoint, lambda _: None)
+    assert fit_campaign(back, declared, 1, no_checkpoint, lambda _: None).outcome.metrics["chi2"]["heldout"] < 1.1
+    answer = trace_campaign(wrong, declared).outcome.metrics
+    assert (answer["verdict"], answer["effects"]) == ("none", [])
+
+
+def driven_by(rig):
+    """The rig, once the campaign's records are those that it drives."""
+    driven(rubbing_campaign(), rig)
+    return rig
+
+
+def test_a_shift_that_no_logger_has_is_refused():
+    rig = shifting(position=8.0)
+    for name, number, said in (
+        ("position", {"low": 0.0, "high": 10.0}, "leave out its bounds"),
+        ("valve", {}, 'no number "valve"'),
+        ("position", {"value": 2000.0}, "outside"),
+        ("position", {"unit": "mm", "si": "mm"}, "sensor.shift: position: unit"),
+    ):
+        use = EffectUse(SHIFT, "", {name: replace(rig.effects[-1].numbers["position"], **number)})
+        other = replace(rig, effects=(use,))
+        with pytest.raises(InputError, match=said):
+            build(driven_by(other))
+    assert LOGGER_SHIFT not in effects_for(rig)

@@ -2,7 +2,7 @@
 
 import gzip
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +67,16 @@ class Record:
             self.notes,
             self.late,
         )
+
+    def earlier(self, late: Mapping[str, float]) -> "Record":
+        """The record with its signals earlier by what they are `late` [s]; what then lacks a sample is not compared."""
+        signals, valid = dict(self.signals), dict(self.valid)
+        for name in late.keys() & signals.keys():
+            t = self.t + late[name]
+            signals[name] = np.interp(t, self.t, self.signals[name])
+            known = np.interp(t, self.t, self.valid[name].astype(float)) == 1.0
+            valid[name] = known & (t >= self.t[0]) & (t <= self.t[-1])
+        return replace(self, signals=signals, valid=valid)
 
 
 def block_mean(record: Record, rows: int) -> Record:

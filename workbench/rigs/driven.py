@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.signals import SIGNALS
+from ..base.units import to_si
 from ..records import Campaign, Record, load_campaign
 from ..records.campaign import ROLES
 from .load import MEASURED
@@ -15,6 +16,9 @@ from .rig import Rig
 from .rig_file import load_rig
 from .schema import SHARED
 
+SHIFT = "sensor.shift"
+"""The effect by which a rig declares channels of a second logger."""
+LATEST = 1.0  # s
 _ABOUT = 0.02  # s to either side, or 1.5 periods, between which another function's velocity is a difference
 
 
@@ -27,13 +31,30 @@ def load_driven(folder: str | Path, rig: str | Path = "") -> tuple[Campaign, Rig
 
 def driven(campaign: Campaign, rig: Rig) -> Campaign:
     """The campaign with the reference of the rig's inner loop, over its full command, as the command; with the velocity
-    of another function that draws from its pump; as it is for a rig with neither.
+    of another function that draws from its pump; with the channels that the rig declares as late put back; as it is for
+    a rig with none of these.
 
-    Raises InputError for a record that lacks what drives the rig or draws from its pump, or goes beyond what that can
-    be.
+    Raises InputError for a shift with bounds, and for a record that lacks what drives the rig or draws from its pump,
+    or goes beyond what that can be.
     """
-    parts = {role: tuple(_driven(record, rig) for record in getattr(campaign, role)) for role in ROLES}
+    late = _declared_shift(rig)
+    parts = {role: tuple(_driven(record.earlier(late), rig) for record in getattr(campaign, role)) for role in ROLES}
     return replace(campaign, **parts)
+
+
+def _declared_shift(rig: Rig) -> dict[str, float]:
+    """By how much [s] channels are recorded late, by name. Raises InputError for one that a fit should move."""
+    late = {}
+    for name, number in (pair for use in rig.effects if use.name == SHIFT for pair in use.numbers.items()):
+        if number.low is not None:
+            raise InputError(
+                f"rig {rig.name}: {SHIFT}: no fit moves {name}, by which its channel is put back; leave out its bounds"
+            )
+        try:
+            late[name] = float(to_si(number.shown, number.unit, "s"))
+        except InputError as error:
+            raise InputError(f"rig {rig.name}: {SHIFT}: {name}: {error}") from None
+    return late
 
 
 def _driven(record: Record, rig: Rig) -> Record:

@@ -99,8 +99,8 @@ def _second_logger(shift: LoggerShift) -> str:
     late, low, high = (f"{1e3 * value:.4g}" for value in (shift.late, *shift.interval))
     return (
         f"A second logger recorded {shift.formula} {late} ms late (95 % from {low} to {high}; below 0 it was early): "
-        f"{SHIFT} explains {_percent(shift.explained)} of what the model misses. Record all by one logger, or shift "
-        "these channels by as much. What follows holds once they are put back. "
+        f"{SHIFT} explains {_percent(shift.explained)} of what the model misses. Record all by one logger, or declare "
+        "it in the rig file. What follows holds once they are put back. "
     )
 
 

@@ -1,12 +1,11 @@
 """How late measured signals are against what a model predicts of them, and which are late together."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from ...records import Record
 from .model import Model
 from .windows import Windows
 
@@ -69,15 +68,3 @@ def apart(lags: Mapping[str, float]) -> dict[str, float]:
     first = min(means, key=abs)
     late = {name: mean - first for group, mean in zip(groups, means, strict=True) for name in group if mean != first}
     return {name: late[name] for name in lags if name in late}
-
-
-def earlier(record: Record, late: Mapping[str, float]) -> Record:
-    """The record with its signals earlier by what they are `late` [s]; what then lacks a sample is not compared."""
-    signals, valid = dict(record.signals), dict(record.valid)
-    for name, shift in late.items():
-        if name in signals:
-            t = record.t + shift
-            signals[name] = np.interp(t, record.t, record.signals[name])
-            known = np.interp(t, record.t, record.valid[name].astype(float)) == 1.0
-            valid[name] = known & (t >= record.t[0]) & (t <= record.t[-1])
-    return replace(record, signals=signals, valid=valid)

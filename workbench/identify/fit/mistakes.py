@@ -7,7 +7,6 @@ import numpy as np
 
 from ...base.words import agreed, listed
 from ...records import Record
-from .late import earlier
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,10 @@ def shifted(late: Mapping[str, float], beside: Mistake | None = None) -> Mistake
     words = f"{listed(told)}, as from a second logger or behind a filter of its own"
     remedy = f"shift {'them' if len(late) > 1 else 'it'} by as much against the command, or record all by one logger"
     if beside is None:
-        return Mistake("shifted", tuple(late), words, lambda r: earlier(r, late), remedy, late)
+        return Mistake("shifted", tuple(late), words, lambda r: r.earlier(late), remedy, late)
     signals = tuple(dict.fromkeys((*late, *beside.signals)))
     words, remedy = f"{words}, and {beside.words}", f"{remedy}; {beside.remedy}"
-    return Mistake("shifted", signals, words, lambda r: beside.undone(earlier(r, late)), remedy, late, beside)
+    return Mistake("shifted", signals, words, lambda r: beside.undone(r.earlier(late)), remedy, late, beside)
 
 
 def doubtful(mistakes: Sequence[Mistake], chi2: tuple[float, float]) -> Mistake:

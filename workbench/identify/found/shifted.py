@@ -9,13 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...base.words import listed
+from ...rigs.driven import SHIFT
 from ..fit.intervals import clustered, widest
-from ..fit.late import earlier
 from ..trace.findings import Trace
 from ..trace.refit import run
 
-SHIFT = "sensor.shift"
-"""Its name, as of an effect: no law in the plant, for a trace puts the channels back in their records."""
 _ROW = 0.01  # of a row: two loggers sample no closer than that at the instants that they say
 
 
@@ -61,7 +59,7 @@ def chi2_as_recorded(trace: Trace) -> float:
     problem, model_fit = trace.problem, trace.base
     back = {name: -late for name, late in problem.late.items()}
     windows = problem.heldout
-    written = replace(windows, records=tuple(earlier(record, back) for record in windows.records))
+    written = replace(windows, records=tuple(record.earlier(back) for record in windows.records))
     written = written.some(range(windows.count))
     return float(run(problem, model_fit.model, written, model_fit.fit.p)[1].sum()) / written.samples
 

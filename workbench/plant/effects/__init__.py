@@ -10,7 +10,7 @@ natural, reshape            what numbers and curves of a slot may depend on; how
 modulation, dynamics, spline, curves    the refinements
 learned_pieces, learned_curves     curves and linear elements where no effect has the shape
 shapes                      an effect as a curve with its slopes, or as gains over frequency
-lag                         the lags of drives and transducers
+lag, logger                 the lags of drives and transducers; what a second logger recorded late
 numbers                     described numbers that are others, as candidates beside the effects
 """
 

@@ -21,6 +21,7 @@ from .decorator import check, declared
 from .effect import Effect, EffectNumber
 from .grammar import LEARNED, refined_by
 from .learned_pieces import find_learned
+from .logger import LOGGER_SHIFT
 from .slots import without
 
 _ALONG = (
@@ -165,7 +166,7 @@ def find(name: str, formula: str, files: Iterable[str | Path] = ()) -> Effect:
 def _find(known: Iterable[Effect], name: str, formula: str) -> Effect:
     if name.startswith(LEARNED):
         return find_learned(name, formula)
-    known = tuple(known)
+    known = (*known, LOGGER_SHIFT)
     named = [effect for effect in known if effect.name == name]
     if not named:
         raise InputError(f'no effect "{name}"; {nearest(name, {effect.name for effect in known})}')
