@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from experiments.studies.knowledge.config import load_knowledge
@@ -19,7 +20,13 @@ from workbench.commands.run.study import run_any
 from workbench.commands.sines.options import SinesConfig
 from workbench.commands.train.options import load_train
 from workbench.commands.tune.options import load_tune
+from workbench.engine import Engine
+from workbench.linear import equilibrium
+from workbench.linear.operating_point import moving_point
+from workbench.loop.plant_lanes import plant_lanes
+from workbench.plant import build
 from workbench.rigs.datasheet import load_datasheet
+from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig, save_rig
 
 KEYS = [
@@ -193,3 +200,43 @@ def test_of_a_course_the_verdict_says_who_follows_it_best(tmp_path):
     verdict = run_any(load_config(tmp_path / "course.toml"), no_checkpoint, lambda _: None).page.verdict
     assert verdict.startswith("position-sine-1hz: hot follows best, with an IAE of ")
     assert "mm s." in verdict
+
+
+WEAK = """
+experiment = "step"
+rig = "weak.toml"
+scenarios = ["short"]
+[scenario.short]
+size = "5 mm"
+seconds = "0.5 s"
+[controllers.p]
+use = "controllers.p:P"
+gain = {value = 3, unit = "1/m"}
+[bode]
+low_hz = 1
+high_hz = 20
+points = 3
+amplitudes_mm = [1]
+"""
+
+
+@pytest.mark.parametrize(("name", "formula"), [("supply.limit", ""), ("drive.saturation", "command hard")])
+def test_a_drive_that_does_not_give_the_speed_of_the_moving_point_is_played_and_that_is_said(tmp_path, name, formula):
+    """It was refused: "no equilibrium there; ask for less". Judged is the first half of the speed that full command
+    gives."""
+    rig = replace(load_rig("festo-tp511"), effects=(EffectUse(name, formula, {}),))
+    fastest = equilibrium(build(rig), command=1.0).speed
+    assert fastest < rig.passing_speed
+    _, speed = moving_point(build(rig), rig.passing_speed)
+    assert fastest / 2 < speed < fastest
+    assert moving_point(build(load_rig("festo-tp511")), rig.passing_speed)[1] == rig.passing_speed
+    save_rig(rig, tmp_path / "weak.toml")
+    (tmp_path / "run.toml").write_text(WEAK)
+    outcome = run_any(load_config(tmp_path / "run.toml"), no_checkpoint, lambda _: None)
+    (row,) = outcome.metrics["rows"]
+    assert row["stable"]
+    assert row["gain_margin_db"] > 6
+    said = f"The drive does not give {rig.passing_speed:g} m/s: loops that move are judged at {speed:g} m/s."
+    assert said in outcome.page.verdict
+    lanes = plant_lanes(rig, Engine(build(rig)), ["nominal"], build(rig).p[None], np.zeros(1))
+    assert lanes.moving.ok.all()

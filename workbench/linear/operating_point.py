@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _BALANCED = 1e-7  # of each equation's largest slope: below it a rate has vanished
 _OPEN = 0.3  # command at which a pump's direction valves are open
+_HALVINGS = 6  # of a speed that a drive does not give
 _ON_THE_WAY = 16  # steps from rest to a point that no search reaches at once
 _SETTLING = 10.0  # s: longer than any but a leak takes
 _SOFTER = 1.6 ** np.arange(15, -1, -1)  # times the pressure over which a line valve opens
@@ -110,7 +111,24 @@ def equilibrium(
     return Equilibrium(x, u, float(x[plant.state("v")]) if jack else 0.0)
 
 
-def far_end(plant: "Plant", position: T, velocity: float = 0.0) -> dict[str, T | float]:
+def moving_point(
+    plant: "Plant", speed: float, position: float = 0.0, p: np.ndarray | None = None
+) -> tuple[Equilibrium, float]:
+    """The operating point at a speed [m/s], a specimen's far end moving along, and that speed: where a drive does not
+    give it, the first of its halves that it gives. Raises InputError as `equilibrium`."""
+
+    def at(speed: float) -> Equilibrium:
+        return equilibrium(plant, None, speed, position, p, **far_end(plant, position, speed))
+
+    for slower in speed / 2.0 ** np.arange(_HALVINGS):
+        try:
+            return at(float(slower)), float(slower)
+        except InputError:
+            continue
+    return at(speed), speed
+
+
+def far_end(plant: "Plant", position: T, velocity: T | float = 0.0) -> dict[str, T | float]:
     """The inputs that hold a specimen's far end at a position [m], or move it along; none where it has no far end."""
     inputs = {"specimen_position": position, "specimen_velocity": velocity}
     known = [i.name for i in plant.inputs]

@@ -10,6 +10,7 @@ from ..control.controller_spec import ControllerSpec
 from ..control.inner_loop import inner_loop_closed, overshoots
 from ..control.protocol import linear_view
 from ..linear import equilibrium
+from ..linear.operating_point import moving_point
 from ..plant import build
 from ..rigs.rig import Rig
 
@@ -32,7 +33,7 @@ def overshoot_spread(rig: Rig, spec: ControllerSpec) -> dict[str, dict[str, floa
         raise InputError(f"{spec.name}: measures {', '.join(law.input_labels[1:])}; a spread needs position laws")
     parts = [cast("Compensator | MapsCommand", part.build(period)) for part in spec.compensators]
 
-    nominal = rig.passing_speed if rig.is_jack else 0.0
+    nominal = moving_point(plant, rig.passing_speed, p=smooth)[1] if rig.is_jack else 0.0
 
     def over(name: str = "", value: float = 0.0, speed: float = nominal, gains: Sequence[float] = (1.0,)) -> list[Any]:
         p = plant.without_dry_friction(plant.parameter_values(None, **{name: value})) if name else smooth

@@ -9,7 +9,7 @@ import numpy as np
 from ..control.protocol import Controller
 from ..engine import Engine
 from ..linear.equilibria import Equilibria, equilibria
-from ..linear.operating_point import far_end
+from ..linear.operating_point import far_end, moving_point
 from ..plant import Plant
 from ..plant.effects import numbers_of
 from ..rigs.rig import Rig
@@ -98,7 +98,7 @@ def plant_lanes(rig: Rig, engine: Engine, names: Sequence[str], p: np.ndarray, p
     """Plants with their operating points, specimens relaxed there. Raises InputError where the nominal one has none."""
     null = equilibria(engine.plant, p, position, None, None, **far_end(engine.plant, position))
     smooth = engine.plant.without_dry_friction(p)
-    speed = rig.passing_speed
+    _, speed = moving_point(engine.plant, rig.passing_speed, p=engine.plant.without_dry_friction())
     moving = equilibria(engine.plant, smooth, position, speed, None, **far_end(engine.plant, position, speed))
     return PlantLanes(rig, engine, tuple(names), p, position, null, moving)
 

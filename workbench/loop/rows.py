@@ -14,7 +14,7 @@ from ..control.protocol import Controller, NoLinearView
 from ..engine import Engine
 from ..linear import Equilibrium, equilibrium
 from ..linear.crossings import corner_frequency
-from ..linear.operating_point import far_end
+from ..linear.operating_point import far_end, moving_point
 from ..plant import build
 from ..rigs.rig import MOVING, Rig
 from .margins import LinearLoop, Source, linear_loop_on
@@ -34,13 +34,15 @@ def moving_at(signal: Signal, speed: float = MOVING) -> str:
 
 @dataclass(frozen=True)
 class LoopSetup:
-    """A rig ready to close loops on: its engine, and the points at which loops are linearised."""
+    """A rig ready to close loops on: its engine, and the points at which loops are linearised, at null and moving at
+    `speed` [m/s]."""
 
     rig: Rig
     engine: Engine
     null: Equilibrium
     null_smooth: Equilibrium
     moving: Equilibrium
+    speed: float
     smooth: np.ndarray
 
     def where(self, scenario: Scenario) -> "LoopSetup":
@@ -74,11 +76,13 @@ class LoopSetup:
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """The linear loop at null and moving at `speed` [m/s]."""
+    """The linear loop at null and moving at `speed` [m/s], which is less than was `asked` where the drive gives no
+    more."""
 
     null: LinearLoop
     moving: LinearLoop
     speed: float = MOVING
+    asked: float = MOVING
 
     @property
     def stable(self) -> bool | None:
@@ -106,11 +110,11 @@ def loop_setup(rig: Rig) -> LoopSetup:
 def _at(rig: Rig, engine: Engine, smooth: np.ndarray, position: float) -> LoopSetup:
     """With the operating points at a position [m] from mid stroke, where a specimen is relaxed."""
 
-    def point(p: np.ndarray | None = None, speed: float | None = None) -> Equilibrium:
-        far = far_end(engine.plant, position, speed or 0.0)
-        return equilibrium(engine.plant, None, speed, position, p, **far)
+    def null(p: np.ndarray | None = None) -> Equilibrium:
+        return equilibrium(engine.plant, None, None, position, p, **far_end(engine.plant, position))
 
-    return LoopSetup(rig, engine, point(), point(smooth), point(smooth, rig.passing_speed), smooth)
+    moving = moving_point(engine.plant, rig.passing_speed, position, smooth)
+    return LoopSetup(rig, engine, null(), null(smooth), *moving, smooth)
 
 
 def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
@@ -124,7 +128,7 @@ def linear_loops(spec: ControllerSpec, setup: LoopSetup) -> LinearLoops:
         null, moving = (linear_loop_on(plant, controller) for plant in (setup.null_plant, setup.moving_plant))
     except NoLinearView:
         null, moving = (test.loop() for test in _sine_tests(spec, setup))
-    return LinearLoops(null, moving, setup.rig.passing_speed)
+    return LinearLoops(null, moving, setup.speed, setup.rig.passing_speed)
 
 
 def _sine_tests(spec: ControllerSpec, setup: LoopSetup) -> tuple[SineTest, SineTest]:
@@ -136,7 +140,7 @@ def _sine_tests(spec: ControllerSpec, setup: LoopSetup) -> tuple[SineTest, SineT
     engine, rig = setup.smooth_engine, setup.rig
     return (
         SineTest(engine, rig, controller, setup.null_smooth, speed=0.0, longest=8.0, agree=0.001),
-        SineTest(engine, rig, controller, setup.moving, speed=rig.passing_speed, longest=2.0, agree=0.05),
+        SineTest(engine, rig, controller, setup.moving, speed=setup.speed, longest=2.0, agree=0.05),
     )
 
 

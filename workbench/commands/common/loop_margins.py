@@ -28,10 +28,19 @@ def margins_table(loops: Mapping[str, LinearLoops], signal: Signal) -> Table:
         for where, loop in (("null", pair.null), (f"moving at {moving_at(signal, pair.speed)}", pair.moving))
     ]
     note = "An unstable loop has no margins. A controller without a linear view has them by sines on the simulated "
-    note += "loop, or none."
+    note += f"loop, or none.{slowed_words(loops, signal)}"
     return MetricView(signal).table(
         "Margins of the sampled loop", lines, ("controller", "operating point", *_KEYS), note
     )
+
+
+def slowed_words(loops: Mapping[str, LinearLoops], signal: Signal) -> str:
+    """A sentence, after a space, where a drive does not give the speed at which moving loops are judged; or empty."""
+    pair = next((pair for pair in loops.values() if pair.speed != pair.asked), None)
+    if pair is None:
+        return ""
+    asked, given = (moving_at(signal, speed) for speed in (pair.asked, pair.speed))
+    return f" The drive does not give {asked}: loops that move are judged at {given}."
 
 
 def closed_curves(loops: LinearLoops, signal: Signal, name: str = "linear, ") -> list[FrequencyCurve]:

@@ -15,6 +15,7 @@ from ...identify.data.noise_floor import NoiseFloor, noise_floor
 from ...identify.fit.predict import predict_free
 from ...linear import Equilibrium, discretise, equilibrium
 from ...linear.frequency_response import stepped_sine
+from ...linear.operating_point import moving_point
 from ...linear.state_space import sampled_response
 from ...loop.describing_function import closed_loop_sine
 from ...loop.drive_simulation import drive
@@ -99,9 +100,9 @@ def _linear(rig: Rig, pair: tuple[str, str], f: np.ndarray, period: float) -> di
     plant = build(rig)
     smooth = plant.without_dry_friction()
     curves = {}
-    passing = rig.passing_speed
-    for name, speed in (("linear, null", 0.0), (f"linear, {passing:g} m/s", passing)):
-        about = equilibrium(plant, speed=speed, p=smooth)
+    moving, passing = moving_point(plant, rig.passing_speed, p=smooth)
+    points = {"linear, null": equilibrium(plant, speed=0.0, p=smooth), f"linear, {passing:g} m/s": moving}
+    for name, about in points.items():
         below, above = (_held(plant, about, signal, smooth, f, period) for signal in pair)
         curves[name] = above / np.where(below == 0, np.nan, below)
     return curves

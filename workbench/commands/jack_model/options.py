@@ -19,13 +19,14 @@ def _jack_model(options: argparse.Namespace, _words: list[str]) -> None:
     from ...control.inner_loop import inner_loop_closed
     from ...control.jack_model import JackModel, fit_jack_model
     from ...linear import equilibrium
+    from ...linear.operating_point import moving_point
     from ...plant import build
 
     plant, period = build(config.rig), config.rig.period.value
     smooth = plant.without_dry_friction()
     points = {
         "null": equilibrium(plant, p=smooth),
-        "moving": equilibrium(plant, speed=config.rig.passing_speed, p=smooth),
+        "moving": moving_point(plant, config.rig.passing_speed, p=smooth)[0],
     }
     models: dict[str, dict[str, dict[str, float]]] = {}
     for spec in config.controllers:

@@ -49,14 +49,13 @@ def moved_lanes(lanes: PlantLanes, point: RigPoint) -> PlantLanes:
         p[:, plant.parameters.index(name)] *= value / rig[name]
     position = np.full(len(p), point.position)
     smooth = plant.without_dry_friction(p)
-    null = _moved(lanes, p, lanes.null, position, 0.0)
-    moving = _moved(lanes, smooth, lanes.moving, position, rig.passing_speed)
+    null, moving = (_moved(lanes, of, at, position) for of, at in ((p, lanes.null), (smooth, lanes.moving)))
     return replace(lanes, rig=after, p=p, position=position, null=null, moving=moving)
 
 
-def _moved(lanes: PlantLanes, p: np.ndarray, start: Equilibria, position: np.ndarray, speed: float) -> Equilibria:
+def _moved(lanes: PlantLanes, p: np.ndarray, start: Equilibria, position: np.ndarray) -> Equilibria:
     """For a plant without a stroke, only the numbers."""
     plant = lanes.engine.plant
     if not lanes.rig.is_jack:
         return start
-    return moved(plant, p, start, position, **far_end(plant, position, speed))
+    return moved(plant, p, start, position, **far_end(plant, position, start.x[:, plant.state("v")]))

@@ -18,7 +18,7 @@ from ...report import Figure, Page, Section, Table
 from ..common.design_numbers import Subject
 from ..common.fitted_plant import with_fit
 from ..common.judged import gas_words, judged_words
-from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure
+from ..common.loop_margins import closed_curves, margins_table, sensitivity_figure, slowed_words
 from ..common.metric_table import MetricView
 from ..common.outcome import Outcome, Progress, Stage
 from ..common.sines import SineResponses, closed_loop_figure, sines
@@ -94,7 +94,7 @@ def step_page(
     figures = {scenario: step_figure(config, scenario, runs, rows) for scenario in config.scenarios}
     page = Page(
         f"{config.signal.name.capitalize()} loops on {config.rig.name}",
-        _verdict(config.scenarios, rows),
+        _verdict(config.scenarios, rows) + slowed_words(loops, config.signal),
         [
             Section("Metrics", [_metrics_table(config, rows), margins_table(loops, config.signal)]),
             Section("Time responses", list(figures.values())),
