@@ -11,7 +11,7 @@ from workbench.base.signals import MEASURED
 from workbench.commands.common.error_page import error_figure, error_table
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
-from workbench.commands.trace.effect_words import EFFECT
+from workbench.commands.trace.effect_words import ALL_EFFECTS, EFFECT
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
 from workbench.commands.trace.page import _shape, _where, shape_tables, telling, trace_page
 from workbench.commands.trace.reasons import reason
@@ -19,12 +19,13 @@ from workbench.commands.trace.tables import base_table, candidates_table, rule_t
 from workbench.identify.found.detectability import undetectable
 from workbench.identify.found.missing_shape import UnexplainedDisturbance, missing_shape
 from workbench.identify.trace.findings import Trace
-from workbench.plant.effects import EQUATIONS, LIBRARY as WHOLE, find
+from workbench.plant.effects import EQUATIONS, LIBRARY as WHOLE, find, known_effects
 from workbench.plant.effects.declared import effects_for
 from workbench.report import Curve, Figure, Page, Panel, Section, Table, page_looks, render
 from workbench.report.chart import chart
 from workbench.report.still import still_picture
 from workbench.rigs.rig import EffectUse
+from workbench.rigs.valve import VALVES
 
 
 def sections(page: Page) -> dict[str, Section]:
@@ -507,3 +508,19 @@ def test_where_no_likelihood_tells_the_equation_nothing_is_said_of_it(monkeypatc
     nowhere = SimpleNamespace(evidence=[("force", 0.0), ("flow", 0.0)], parity_residuals={})
     monkeypatch.setattr("workbench.identify.found.missing_shape.locate_fault", lambda *_: nowhere)
     assert missing_shape(altered(verdict="incomplete"), no_checkpoint, lambda _: None) is None
+
+
+LACKING = {
+    "three-stage": ("direction valves",),
+    "second-order": ("direction valves", "pilot", "current", "main spool", "the torque motor"),
+    "pump": ("spool", "pilot", "current", "torque motor", "main spool"),
+    "two-way-pump": ("spool", "pilot", "current", "torque motor", "direction valves"),
+}  # what no rig of the kind has, or has a model of
+
+
+@pytest.mark.parametrize("kind", VALVES)
+def test_the_words_of_an_effect_speak_of_what_every_kind_of_valve_with_it_has(kind):
+    """A proportional valve has a magnet and no torque motor; a pump drive has no spool."""
+    said = {effect.name: ALL_EFFECTS[effect.name] for effect in known_effects() if kind in effect.valves}
+    assert len(said) > 10
+    assert not [words for words in said.values() if any(part in words for part in LACKING[kind])]
