@@ -184,7 +184,7 @@ def resolve(rig: Rig) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
 
     Raises InputError for an effect that there is not, or that is there twice, or a number that it has not.
     """
-    known = known_effects(rig.effect_files) if rig.effects else ()
+    known = known_effects(rig.effect_files)
     names = [use.name for use in rig.effects]
     for name in names:
         if names.count(name) > 1:
