@@ -64,7 +64,7 @@ def test_a_rig_is_judged_once(cache, monkeypatch):
     monkeypatch.setattr(loop_costs, "loop_row", lambda loop, rig: judged.append(rig["b"]) or {"gain_margin_db": 9.0})
     monkeypatch.setattr(loop_costs, "_worst", lambda *_: 8.0)
     rig = load_rig("jack-10t")
-    loop = tuned_loop(loop_of(experiment("position_tuned"), "p-dp"))
+    loop = tuned_loop(loop_of(experiment("position_tuned"), "p-dp"), load_rig("jack-10t"))
     known = watched(wandering(12, 3), 3)
     axes = tuple(replace(axis, value=rig[axis.name], scale=0.1 * rig[axis.name]) for axis in known.axes[:2])
     known = replace(known, axes=(*axes, *known.axes[2:]))

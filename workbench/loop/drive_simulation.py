@@ -17,6 +17,7 @@ from ..engine import Engine
 from ..linear import equilibrium
 from ..plant import build
 from ..records.excitation import Excitation
+from ..rigs.inner_loop import InnerLoop
 from ..rigs.limited import limits_of, nearest_limit
 from ..rigs.oil import CAVITATES
 from ..rigs.rig import Rig
@@ -78,8 +79,7 @@ def drive(rig: Rig) -> DriveSimulation:
     inside it already, which is asked for the reference."""
     plant = build(rig)
     if rig.inner:
-        through = controller("controllers.through:Through", gain=1 / rig.inner.full_command)
-        return DriveSimulation(rig, Engine(plant), through.named("loop inside"))
+        return DriveSimulation(rig, Engine(plant), loop_inside(rig.inner))
     smooth = plant.without_dry_friction()
     period = rig.period.value
 
@@ -96,6 +96,11 @@ def drive(rig: Rig) -> DriveSimulation:
         STIRRED / sensor.noise if sensor and sensor.noise > 0 else np.inf,
     ]
     return DriveSimulation(rig, Engine(plant), loop(float(f"{min(gains):.2g}")))
+
+
+def loop_inside(inner: InnerLoop) -> ControllerSpec:
+    """The controller that asks the loop inside a rig for the reference itself."""
+    return controller("controllers.through:Through", gain=1 / inner.full_command).named("loop inside")
 
 
 def play(drive: DriveSimulation, played: Excitation, seed: int | None = None) -> LoopRun:

@@ -72,7 +72,7 @@ def watched(rig: MadeRig, loop: StepConfig, folder: Path) -> Row:
     days = [each["date"] for each in found["sessions"]]
     alarm = found["alarms"][0] if found["alarms"] else None
     told = days.index(alarm["told"]) if alarm else None
-    tuned = tuned_loop(loop)
+    tuned = tuned_loop(loop, load_rig(RIG))
     lost = _lost(rig, tuned, truths)
     name = rig.wear.name if rig.wear else None
     return {

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ...base.words import counted
+from ...base.words import counted, listed
 from ...identify.watch.history import FEWEST, History
+from ...identify.watch.known_then import NORMAL
 from ...identify.watch.loop_costs import FIGURES
-from ...identify.watch.told import NORMAL, NamedChange
+from ...identify.watch.told import NamedChange
 from ...loop.metrics import METRICS
 from ...records.dated_sessions import DatedSession
 from ...report import Curve, Figure, Page, Panel, Section, Table
@@ -27,31 +28,30 @@ def watch_page(
     name: str,
     known: History,
     sessions: Sequence[DatedSession],
-    moves: np.ndarray,
-    deviations: np.ndarray,
+    seen: np.ndarray,
     told: Sequence[NamedChange],
     costs: Mapping[str, Sequence[float | None]],
     metrics: Mapping[str, Any],
     shown: MetricView,
 ) -> tuple[Page, Figure]:
-    """The page and its telling figure: the axes that changed, with the loop's figures below; `shown`: how rows of the
-    loop are."""
+    """The page and its telling figure: the axes that changed, with the loop's figures below; `seen`: value, low and
+    high [3, T, n] of each axis, NaN where it is not told; `shown`: how rows of the loop are."""
     weeks = known.days / 7.0
     marks = tuple(Mark(week, session.remark or "repair", "x")
                   for week, session in zip(weeks, sessions, strict=True) if session.repair)  # fmt: skip
     marks += tuple(Mark(float(weeks[each.first_alarm]), "alarm", "x") for each in told)
     ends = [each.change.end for each in told if each.change.end is not None]
     marks += tuple(Mark(float(weeks[end]), "gone", "x") for end in ends)
-    first = list(np.argsort(-np.ptp(moves, axis=0) / deviations.mean(axis=0))[:2])
+    first = sorted(range(len(known.axes)), key=lambda k: -_wanders(seen[:, :, k]))[:2]
     begun = f"weeks since {sessions[0].day} [1]"
     panels = [_course(each, weeks, marks) for each in told if each.course] or [
-        _panel(known, weeks, moves, deviations, k, marks) for k in first
+        _panel(known, weeks, seen, k, marks) for k in first
     ]
     loop = [Panel(shown.head(key), [Curve(metrics["controller"], weeks, _values(costs[key]), "points")], marks=marks)
             for key in FIGURES if np.isfinite(_values(costs[key])).any()]  # fmt: skip
     title = "What changes" if told else "What wanders most, as a healthy rig does"
     picture = Figure(f"{title}, and the loop on the rig as it is", begun, [*panels, *loop[:3]])
-    every = [_panel(known, weeks, moves, deviations, k, marks) for k in range(len(known.axes))]
+    every = [_panel(known, weeks, seen, k, marks) for k in range(len(known.axes)) if _wanders(seen[:, :, k]) >= 0]
     sections = [
         Section(
             "Alarms",
@@ -66,8 +66,11 @@ def watch_page(
             "The loop",
             [
                 *_retuning(metrics, shown),
-                Figure(f"{metrics['controller']} on the rig of each session", begun, loop),
-                _LOOP_NOTE,
+                *(
+                    [Figure(f"{metrics['controller']} on the rig of each session", begun, loop), _LOOP_NOTE]
+                    if loop
+                    else [f"{metrics['controller']} does not hold the rig of any session."]
+                ),
             ],
         ),
         Section(
@@ -75,7 +78,8 @@ def watch_page(
             [
                 Figure(f"Numbers and effects, {place // _ROW + 1}", begun, every[place : place + _ROW])
                 for place in range(0, len(every), _ROW)
-            ],
+            ]
+            + _not_told(known, seen),
         ),
         Section("The newest session", [_residuals(metrics["sessions"])]),
         Section("Sessions", [_sessions(sessions, metrics["sessions"])]),
@@ -153,14 +157,19 @@ def _values(column: Sequence[float | None]) -> np.ndarray:
     return np.array([np.nan if value is None else value for value in column], dtype=float)
 
 
-def _panel(
-    known: History, weeks: np.ndarray, moves: np.ndarray, deviations: np.ndarray, k: int, marks: Sequence[Mark]
-) -> Panel:
-    axis = known.axes[k]
-    about = moves[:, k]
-    low, value, high = (
-        np.array([axis.at(float(move)) for move in about + side * NORMAL * deviations[:, k]]) for side in (-1, 0, 1)
-    )
+def _wanders(seen: np.ndarray) -> float:
+    """How far an axis [3, T] wanders, over its intervals; -1 where no session tells it."""
+    value, low, high = seen[:, np.isfinite(seen[0])]
+    return float(np.ptp(value) / (high - low).mean()) if value.size else -1.0
+
+
+def _not_told(known: History, seen: np.ndarray) -> list[str]:
+    names = [axis.name for k, axis in enumerate(known.axes) if _wanders(seen[:, :, k]) < 0]
+    return [f"No session tells {listed(names)}: the rig keeps what its file has."] if names else []
+
+
+def _panel(known: History, weeks: np.ndarray, seen: np.ndarray, k: int, marks: Sequence[Mark]) -> Panel:
+    axis, (value, low, high) = known.axes[k], seen[:, :, k]
     return Panel(
         f"{axis.name} [{axis.unit}]", [Curve(axis.name, weeks, value, "points", band=(low, high))], marks=marks
     )

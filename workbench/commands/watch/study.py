@@ -15,14 +15,15 @@ from ...identify.watch.changes import Change, Telling, all_told
 from ...identify.watch.forecast import forecasts
 from ...identify.watch.healthy_rate import healthy_rate
 from ...identify.watch.history import History, history
-from ...identify.watch.known_then import known_then
+from ...identify.watch.known_then import NORMAL, intervals, known_then
 from ...identify.watch.loop_costs import FIGURES, TunedLoop, loop_figures, rig_with
 from ...identify.watch.naming import Name
 from ...identify.watch.reader import SessionReader, read_sessions
 from ...identify.watch.session_evidence import Axis, SessionEvidence
 from ...identify.watch.smoothed import smoothed
 from ...identify.watch.splitting import to_split
-from ...identify.watch.told import NORMAL, NamedChange, named, numbers_then
+from ...identify.watch.told import NamedChange, named, numbers_then
+from ...loop.drive_simulation import loop_inside
 from ...records.campaign import FILE, campaign_rig
 from ...records.dated_sessions import DatedSession, DatedSessions
 from ...report import Figure, Page
@@ -76,7 +77,7 @@ def run_watch(
         progress(f"left out: {line}")
     if not evidence:
         raise InputError(f"{found.folder}: no session can be read: {left_out[0]}")
-    tuned = tuned_loop(loop)
+    tuned = tuned_loop(loop, rig)
     days = [float((session.day - sessions[0].day).days) for session in sessions]
     with one_blas_thread():
         known = history(evidence, days, [s.repair for s in sessions], [s.temperature for s in sessions])
@@ -84,19 +85,21 @@ def run_watch(
         told = [one for each in all_told(known, a_year) for one in _named(reader, sessions, evidence, known, each)]
         lasting = next((each for each in told if each.change.end is None), None)
         moves, deviations = _course(known, [each.change for each in told])
-        usual = _usual(known, moves, [each.change for each in told])
+        seen = intervals(rig, known, moves, deviations)
+        usual = _usual(known, seen[0], [each.change for each in told])
         progress(f"{tuned.controller.name} on the rig of each session")
         costs = stage("loops", lambda: loop_figures(tuned, rig, known, *known_then(known), told))
         healthy = healthy_rate(known, a_year)
         newest = numbers_then(told, days[-1], known.days)
-        again = stage("retuning", lambda: retuning(rig_with(rig, newest))) if retuning and newest else None
+        asks = retuning if tuned.controller in loop.controllers else None  # nobody retunes the loop of somebody else
+        again = stage("retuning", lambda: asks(rig_with(rig, newest))) if asks and newest else None
     forecast, no_forecast = forecasts(known, lasting, costs, usual, sessions[0].day, tuned, rig)
     metrics = {
         "sessions": [
             {
                 "date": str(session.day),
                 "chi2": each.chi2,
-                "numbers": _numbers(known, moves[t], deviations[t]) | _of_the_names(told, t),
+                "numbers": _numbers(known, seen[:, t]) | _of_the_names(told, t),
                 "margins": {name: costs[name][t] for name in FIGURES},
                 "remark": session.remark,
                 "residuals": dict(each.residuals),
@@ -115,22 +118,25 @@ def run_watch(
 
     def draw() -> tuple[Page, Figure]:
         name, shown = found.folder.resolve().name, MetricView.of(rig, loop.signal, loop.scenarios)
-        return watch_page(name, known, sessions, moves, deviations, told, costs, metrics, shown)
+        return watch_page(name, known, sessions, seen, told, costs, metrics, shown)
 
     texts = {"watch.json": json.dumps(metrics, indent=1)}
     return Outcome(metrics, draw, {}, texts, Subject(rig, [tuned.controller]))
 
 
-def tuned_loop(loop: StepConfig) -> TunedLoop:
-    """The first controller of an experiment in its first scenario."""
-    return TunedLoop(loop.controllers[0], loop.scenarios[0], loop.conditions)
+def tuned_loop(loop: StepConfig, rig: Rig) -> TunedLoop:
+    """The first controller of an experiment in its first scenario; where the rig has a loop inside, and the experiment
+    is of one that has none, that loop: what writes a valve's command says nothing of it."""
+    inside = rig.inner if not loop.rig.inner else None
+    return TunedLoop(loop_inside(inside) if inside else loop.controllers[0], loop.scenarios[0], loop.conditions)
 
 
-def _usual(known: History, moves: np.ndarray, changes: Sequence[Change]) -> dict[str, float]:
-    """The rig's numbers in the mean over the sessions outside of changes, SI."""
+def _usual(known: History, values: np.ndarray, changes: Sequence[Change]) -> dict[str, float]:
+    """The rig's numbers in the mean over the sessions outside of changes, of values [T, n] SI; without those that one
+    of these sessions does not tell."""
     well = _outside(known, changes)
-    mean = moves[well if len(well) else slice(None)].mean(axis=0)
-    return {axis.name: axis.at(float(mean[k])) for k, axis in enumerate(known.axes[: known.numbers])}
+    mean = values[well if len(well) else slice(None)].mean(axis=0)
+    return {known.axes[k].name: float(mean[k]) for k in range(known.numbers) if np.isfinite(mean[k])}
 
 
 def _course(known: History, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
@@ -162,12 +168,9 @@ def _named(
     return [each.among(left) for each in named(reader, own, known.some(left), change, telling.told, usual)]
 
 
-def _numbers(known: History, move: Any, deviation: Any) -> dict[str, list[float]]:
-    """Each number of the rig, effect and sensor: value, low, high (95 %)."""
-    return {
-        label(axis): [axis.at(float(move[k] + side * NORMAL * deviation[k])) for side in (0, -1, 1)]
-        for k, axis in enumerate(known.axes)
-    }
+def _numbers(known: History, seen: np.ndarray) -> dict[str, list[float]]:
+    """Each number of the rig, effect and sensor that a session tells: value, low, high (95 %), of [3, n] SI."""
+    return {label(axis): seen[:, k].tolist() for k, axis in enumerate(known.axes) if np.isfinite(seen[0, k])}
 
 
 def label(axis: Axis) -> str:

@@ -114,7 +114,7 @@ def _repeated(records: Sequence[Record]) -> dict[str, list[RepeatedRun]]:
     """Differences between records of one command, over root 2, in pieces of 0.5 s less a parabola; calm pieces only."""
     differences: dict[str, list[RepeatedRun]] = {}
     for place, first in enumerate(records):
-        alike = (other for other in records[:place] if _shares_a_signal(first, other) and same_command(first, other))
+        alike = (other for other in records[:place] if _measured_again(first, other) and same_command(first, other))
         second = next(alike, None)
         for name in first.names if second is not None else ():
             if second is not None and name in second.signals and name in MEASURED:
@@ -129,8 +129,10 @@ def same_command(first: Record, second: Record) -> bool:
     return rows > 0 and np.ptp(a) > 0 and np.array_equal(a[:rows], b[:rows])
 
 
-def _shares_a_signal(first: Record, second: Record) -> bool:
-    return any(name in MEASURED and name in second.signals for name in first.signals)
+def _measured_again(first: Record, second: Record) -> bool:
+    """Whether both have a measured signal, with other readings: one record may stand in two roles."""
+    shared = (name for name in first.signals if name in MEASURED and name in second.signals)
+    return any(not np.array_equal(first.signals[name], second.signals[name]) for name in shared)
 
 
 def _differences(first: Record, second: Record, name: str) -> list[RepeatedRun]:

@@ -1,6 +1,7 @@
 """What a fit or a trace has found, said in numbers: nothing here is fitted to records again but what it shows.
 
 fitted              numbers with intervals in the units that people read, and the rig with them
+untold              numbers that the records of a closed loop do not tell stay as they were
 session_fit         the numbers that sessions have to themselves
 shifted             what a second logger recorded late or early, put back: sensor.shift
 channels            how much longer intervals would be without a recorded signal

@@ -57,7 +57,7 @@ def forecasts(
     ahead = now + np.linspace(0.0, 1.0, _PLACES) ** 2 * _HORIZON * 365.25
     others = {name: value for name, value in usual.items() if name not in told.moving}
     seen = [margins(loop, rig_with(rig, told.numbers_at(day, known.days) | others)) for day in ahead]
-    limits = [(name, limit, side) for name, (limit, side) in LIMITS.items()]
+    limits = [(name, limit, side) for name, (limit, side) in LIMITS.items() if any(costs[name])]  # it has such margins
     start = next((value for value in costs["gain_margin_db"] if value is not None), None)
     if start is not None:
         limits.append(("gain_margin_db", start - LOST, -1))

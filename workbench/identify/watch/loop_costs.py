@@ -21,7 +21,8 @@ from ...plant.effects import known_effects
 from ...plant.effects.declared import effect_use
 from ...rigs.rig import Rig
 from .history import History
-from .told import NORMAL, NamedChange, numbers_then
+from .known_then import NORMAL, intervals
+from .told import NamedChange, numbers_then
 
 FIGURES = (
     "gain_margin_db",
@@ -53,18 +54,19 @@ def loop_figures(
 ) -> dict[str, list[float | None]]:
     """Margins, the scenario's step, the error of a sine and the worst plant, on the rig of every session [T].
 
-    The rig has the numbers of the session, moves [T, n] and their deviations [T, n]; while a change is there, those of
-    the fits with what is named, and while one without a name is there, there are no figures. A rig is judged once: its
-    figures stay in the user's cache.
+    The rig has the numbers that the session tells, moves [T, n] and their deviations [T, n]; while a change is there,
+    those of the fits with what is named, and while one without a name is there, there are no figures. A rig is judged
+    once: its figures stay in the user's cache.
     """
     rows: list[dict[str, float | None]] = []
-    for t, move in enumerate(moves):
+    for t, value in enumerate(intervals(rig, known, moves, deviations)[0]):
         if any(each.is_unknown(t) for each in told):
             rows.append({})
             continue
-        values = {a.name: a.at(float(move[k])) for k, a in enumerate(known.axes[: known.numbers])}
+        seen = [k for k in range(known.numbers) if np.isfinite(value[k])]
+        values = {known.axes[k].name: float(value[k]) for k in seen}
         own = values | numbers_then(told, float(known.days[t]), known.days)
-        half = {a.name: NORMAL * a.scale * float(deviations[t, k]) for k, a in enumerate(known.axes[: known.numbers])}
+        half = {known.axes[k].name: NORMAL * known.axes[k].scale * float(deviations[t, k]) for k in seen}
         rows.append(_kept_row(loop, rig, _rounded(own), _rounded(half)))
     return {name: [row.get(name) for row in rows] for name in FIGURES}
 

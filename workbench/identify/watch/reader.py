@@ -24,7 +24,7 @@ from .session_evidence import EffectModels, SessionEvidence, effect_models, from
 MOST = 16  # windows of a session: 8 s, in which numbers are known far better than rigs wander
 _FEW = 12  # windows of a session that suspects are fitted to
 _OTHER = 8.0  # a signal so many times larger, or smaller, than in the sessions before is in another unit
-_FORM = 14  # of what the cache keeps
+_FORM = 15  # of what the cache keeps
 
 
 class SessionReader:

@@ -22,6 +22,7 @@ from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
 from ..fit.windows import Windows
+from ..found.untold import without_untold
 from ..trace.problem import EstimationProblem
 from ..trace.refit import fit_rig
 from ..trace.score import NuisanceProjection, effect_change
@@ -106,15 +107,16 @@ def watched_effects(rig: Rig, library: Sequence[Effect]) -> list[Effect]:
 
 def rig_as_found(rig: Rig, problem: EstimationProblem) -> Rig:
     """The rig with its uncertain numbers as a first session has them, held to what healthy rigs do, or to what that
-    session tells of them. Raises InputError where no fit is near."""
-    fit = fit_rig(problem).fit
+    session tells of them, and to one side of 0 where they are declared so. Raises InputError where no fit is near."""
+    fit, untold = without_untold(problem, fit_rig(problem))
     numbers = dict(rig.numbers)
     for k, (free, x) in enumerate(zip(fit.free, fit.x, strict=True)):
-        if free.name in numbers:
+        if free.name in numbers and free.name not in untold:
             value, (low, high) = free.value(float(x)), fit.interval(k)
             healthy = HEALTHY.get(free.name, LITTLE) * max(abs(value), _SMALL * (free.high - free.low))
             reach = max(HELD * healthy, high - low)
-            ends = {"low": value - reach, "high": value + reach}
+            least = free.low if value - reach <= 0 <= free.low else value - reach
+            ends = {"low": least, "high": value + reach}
             numbers[free.name] = replace(numbers[free.name], value=value, interval=None, **ends)
     return replace(rig, numbers=numbers)
 

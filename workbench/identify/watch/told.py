@@ -9,6 +9,7 @@ import numpy as np
 from ...records.dated_sessions import DatedSession
 from .changes import Case, Change
 from .history import History, Shape, course
+from .known_then import NORMAL
 from .naming import (
     BESIDE,
     SECOND,
@@ -28,7 +29,6 @@ from .smoothed import smoothed
 _FEWEST = 4
 _UNEVEN = 0.05  # of how far it went: no wear follows a line more closely
 _COURSE = 12  # sessions that what is named is fitted to, at most
-NORMAL = 1.96  # standard deviations in half of a 95 % interval
 
 
 @dataclass(frozen=True)
