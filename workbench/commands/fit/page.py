@@ -146,6 +146,11 @@ def _verdict(problem: EstimationProblem, numbers: Sequence[Fitted], metrics: Map
     said += f"the held-out error is {np.sqrt(chi2):.3f} times the noise (chi2 {chi2:.4g})"
     missing = problem.misses(chi2, problem.heldout.samples)
     said += beside_noise(chi2, missing, problem.misses(2 - chi2, problem.heldout.samples))
+    if pole := metrics.get("growing_pole"):
+        said += (
+            f" The loop that was found is unstable at rest (it grows by {pole[0]:.3g} 1/s at {pole[1]:.3g} Hz), and "
+            "one that came to rest is not: give more --starts, or narrower bounds."
+        )
     if pushed := [entry.number.name for entry in numbers if entry.pushed]:
         said += f" At an end of its range: {', '.join(pushed)}."
         said += " Something that the model lacks may have pushed it there." if missing else ""

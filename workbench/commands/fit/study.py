@@ -9,6 +9,7 @@ from ...base.errors import InputError
 from ...base.numbers import finite
 from ...base.process_pool import one_blas_thread
 from ...identify.fit.predict import predict_whole, predict_windows, predictions
+from ...identify.fit.rests import growing_pole
 from ...identify.fit.session_numbers import session_plants
 from ...identify.found.errors import rms_of
 from ...identify.found.fitted import base_intervals, correlations, fitted, fitted_rig, pinned
@@ -95,6 +96,7 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
         **of,
         **remains(problem, as_fitted),
         **ladder(problem, of),
+        **({"growing_pole": _shown(growing_pole(model_fit.model, model_fit.fit.p))} if rig.inner else {}),
         **({"session_numbers": [each.json() for each in in_sessions]} if in_sessions else {}),
         "correlations": {"names": [free.name for free in model_fit.fit.free], "matrix": correlations(model_fit.fit)},
     }
@@ -106,3 +108,8 @@ def fit_campaign(campaign: Campaign, rig: Rig, starts: int, stage: Stage, progre
     follows = bool(np.isfinite(heldout.chi2)) and not problem.misses(heldout.chi2, problem.heldout.samples)
     outcome = Outcome(metrics, draw, tables, {"rig.toml": rig_text(as_fitted)}, Subject(rig))
     return FitAnswer(as_fitted, outcome, follows)
+
+
+def _shown(pole: complex | None) -> list[float] | None:
+    """A pole [1/s] as what it grows by [1/s] and its frequency [Hz]."""
+    return None if pole is None else [pole.real, abs(pole.imag) / (2 * np.pi)]

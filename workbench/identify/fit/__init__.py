@@ -12,7 +12,7 @@ sessions, session_numbers    groups of records that differ; numbers that are oth
 mistaken, mistakes  columns that are not what they are called; what may have happened, and how to undo it
 impossible, followed    what no recording of a rig has; what no closed loop does
 late, unfelt        signals that another logger recorded later; a force that nothing on the rig makes
-rehearsal           a few windows fitted, to see what a mistake that is undone would bring
+rehearsal, rests    a few windows fitted, to see what undoing a mistake brings; whether a found loop comes to rest
 unexplained, servo  whether a fitted rig follows its records at all; how little a closed loop's may be
 
     from workbench.identify.fit import Model, cut_windows, fit_numbers, predicted_states, uncertain

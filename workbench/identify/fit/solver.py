@@ -80,6 +80,11 @@ class Fit:
         low, high = free.value(self.x[index] - half), free.value(self.x[index] + half)
         return max(low, free.low), min(high, free.high)
 
+    def leaves_open(self, index: int) -> bool:
+        """Whether the records leave a number anywhere in its range."""
+        (low, high), free = self.interval(index), self.free[index]
+        return not high - low < UNSEEN * (free.high - free.low)
+
 
 def fit_numbers(
     model: Model,

@@ -21,6 +21,7 @@ from ..fit.solver import UNSEEN, Fit
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel
 from .session_fit import numbers_in_sessions, session_fits
+from .untold import without_untold
 from .wrong_numbers import corrected
 
 Interval = list[float | None]
@@ -28,23 +29,20 @@ Interval = list[float | None]
 
 @dataclass(frozen=True)
 class Fitted:
-    """A number of the rig after a fit, SI: where it was, where it is, its 95 % interval, whether it is at an end."""
+    """A number of the rig after a fit, SI: where it was, where it is, its 95 % interval, whether it is at an end, and
+    whether the records leave it anywhere in its declared range."""
 
     number: Number
     value: float
     low: float
     high: float
     at_bounds: bool
+    unseen: bool
 
     @property
     def pushed(self) -> bool:
         """Whether it went to an end of its range at which it was not declared: evidence that something is missing."""
         return self.at_bounds and abs(self.value - self.number.value) > 1e-6 * (self._high - self._low)
-
-    @property
-    def unseen(self) -> bool:
-        """Whether the records leave it anywhere in its declared range."""
-        return not self.high - self.low < UNSEEN * (self._high - self._low)
 
     @property
     def _low(self) -> float:
@@ -59,7 +57,13 @@ def fitted(rig: Rig, fit: Fit) -> list[Fitted]:
     """The rig's own numbers that a fit moved, those of the effects that it declares included."""
     numbers = numbers_of(rig)
     return [
-        Fitted(numbers[free.name], _value(fit, index), *fit.interval(index), free.name in fit.at_bounds)
+        Fitted(
+            numbers[free.name],
+            _value(fit, index),
+            *fit.interval(index),
+            free.name in fit.at_bounds,
+            fit.leaves_open(index),
+        )
         for index, free in _own(rig, fit)
     ]
 
@@ -190,15 +194,19 @@ def correlations(fit: Fit) -> np.ndarray:
 
 def fitted_rig(problem: EstimationProblem, model_fit: FittedModel, files: Sequence[str] = ()) -> Rig:
     """The rig with the numbers of a fit, also in sessions, and the effects that were added; `files` have effects beside
-    the library's."""
+    the library's. What the records of a closed loop do not tell stays as it was (see untold.py)."""
     name = problem.campaign.path.resolve().name
     sessions = numbers_in_sessions(problem.rig.sessions, session_fits(problem, model_fit.fit), name)
-    return replace(rig_as_fitted(problem.rig, name, model_fit.fit, model_fit.effects, files), sessions=sessions)
+    fit, untold = without_untold(problem, model_fit)
+    return replace(rig_as_fitted(problem.rig, name, fit, model_fit.effects, files, untold), sessions=sessions)
 
 
-def rig_as_fitted(rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], files: Sequence[str] = ()) -> Rig:
-    """The rig with the numbers of a fit to `source`, and with effects whose numbers it has too."""
-    numbers = {entry.number.name: _as_fitted(entry, source) for entry in fitted(rig, fit)}
+def rig_as_fitted(
+    rig: Rig, source: str, fit: Fit, effects: Sequence[Effect], files: Sequence[str] = (), untold: Sequence[str] = ()
+) -> Rig:
+    """The rig with the numbers of a fit to `source`, and with effects whose numbers it has too; those that are `untold`
+    stay as they were."""
+    numbers = {entry.number.name: _as_fitted(entry, source, untold) for entry in fitted(rig, fit)}
     numbers |= corrected(rig, fit, effects, source)
     uses = tuple(_use(effect, fit, f"fitted to {source}") for effect in effects if not effect.shifts)
     return replace(
@@ -215,9 +223,12 @@ def _value(fit: Fit, index: int) -> float:
     return min(max(free.value(float(fit.x[index])), free.low), free.high)
 
 
-def _as_fitted(entry: Fitted, campaign: str) -> Number:
-    """The number with its fitted value, its interval and where they come from."""
+def _as_fitted(entry: Fitted, campaign: str, untold: Sequence[str]) -> Number:
+    """The number with its fitted value, its interval and where they come from; as it was, where it is untold."""
+    if entry.number.name in untold:
+        return replace(entry.number, source=f"{campaign} does not tell it; {entry.number.source}")
     end = ", at an end of its range" if entry.at_bounds else ""
+    end += f", told only with {listed(untold)} held" if entry.unseen and untold else ""
     _, low, high = (shown(cell) for cell in fitted_cells(entry))
     source = f"fitted to {campaign}: 95 % from {low} to {high}{end}; it was {four_digits(entry.number.shown)}"
     return replace(entry.number, value=entry.value, source=source, interval=(entry.low, entry.high))

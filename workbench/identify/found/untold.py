@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...plant.effects import numbers_of
 from ..fit.normal_equations import numbers_at
 from ..fit.solver import Fit, fit_numbers
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel
-from .fitted import fitted
 
 
 def without_untold(problem: EstimationProblem, found: FittedModel) -> tuple[Fit, tuple[str, ...]]:
@@ -34,11 +34,10 @@ def without_untold(problem: EstimationProblem, found: FittedModel) -> tuple[Fit,
 
 def _least_told(problem: EstimationProblem, fit: Fit) -> str:
     """The rig's number of which a fit says least, of those that may well be what they were; none is empty."""
-    deviations = np.sqrt(np.diag(fit.covariance))
-    names = {entry.number.name for entry in fitted(problem.rig, fit) if entry.unseen}
+    deviations, names = np.sqrt(np.diag(fit.covariance)), numbers_of(problem.rig)
     open_ones = {
-        free.name: deviation / free.width
-        for free, deviation, x in zip(fit.free, deviations, fit.x, strict=True)
-        if free.name in names and abs(x) < 1.96 * deviation
+        free.name: deviations[k] / free.width
+        for k, free in enumerate(fit.free)
+        if free.name in names and fit.leaves_open(k) and abs(fit.x[k]) < 1.96 * deviations[k]
     }
     return max(open_ones, key=lambda name: open_ones[name], default="")

@@ -11,6 +11,7 @@ from ..fit.free_parameters import Candidate, at_strength
 from ..fit.initial_states import free_runs, predicted_states
 from ..fit.model import Model
 from ..fit.normal_equations import numbers_at
+from ..fit.rests import growing_pole
 from ..fit.rotation import Selection
 from ..fit.solver import Fit, fit_numbers
 from ..fit.unexplained import unexplained_signals
@@ -20,6 +21,7 @@ from .follow import Follower, Start
 from .problem import EstimationProblem
 from .short_windows import fit_short_windows_first
 
+_MORE = 2  # places from which a loop that came out unstable is fitted again
 _REFIT_ROUNDS = 12
 _WEAKER = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the strength to start from
 _NEAR = (1.0, 0.5, 0.25)  # of that strength: where one with memory that harms at each is sought in short windows
@@ -89,7 +91,8 @@ def fit_rig(
     """Fit the rig's uncertain numbers: from what it declares, then from random places in the ranges; the best.
 
     Free runs are fitted in blocks first, from which whole records are in reach; those from rest need none. `follows`:
-    whether a rig that does not follow its records is refused; see `check_follows`.
+    whether a rig that does not follow its records is refused; see `check_follows`. A rig whose inner loop is found
+    unstable, as no loop is that came to rest, is fitted from _MORE further places, and a stable one is better.
     """
     if not problem.free_run or problem.train.from_rest:
         return _fit_from(problem, starts, report_progress, follows)
@@ -109,16 +112,21 @@ def _fit_from(
 ) -> FittedModel:
     free, model = problem.free, problem.model()
     random = np.random.default_rng(0)
-    best, lost = None, ["any signal"]
-    for start in range(starts):
+    best, lost, grows, start = None, ["any signal"], None, 0
+    while start < starts or (grows and start < starts + _MORE):
         x = np.zeros(len(free)) if start == 0 else random.uniform(-0.7, 0.7, len(free))
         p = model.p
         guess = model.starts(problem.train, p)
         fit = fit_numbers(model, problem.train, free, x, p, guess, problem.kappas)
-        if fit.ok and (best is None or fit.squares.sum() < best.squares.sum()):
-            best, lost = fit, unexplained_signals(model, problem.train, fit.x0, fit.p) if follows else []
+        pole = growing_pole(model, fit.p) if problem.rig.inner and fit.ok else None
+        rank = pole is not None, fit.squares.sum()
+        if fit.ok and (best is None or rank < (grows is not None, best.squares.sum())):
+            best, grows = fit, pole
+            lost = unexplained_signals(model, problem.train, fit.x0, fit.p) if follows else []
         if best is not None and not lost:  # no progress line before it is clear that the input is not refused
-            report_progress(f"start {start + 1}: chi2 {fit.chi2:.4g} on the train records")
+            how = ", unstable" if pole else ""
+            report_progress(f"start {start + 1}: chi2 {fit.chi2:.4g} on the train records{how}")
+        start += 1
     if best is None or lost:
         raise _lost(problem, lost)
     return with_selection(problem, model, best, ())
