@@ -1,6 +1,7 @@
 """A rig in the loop of its maker: its graph, what it follows, and what can be asked of it."""
 
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -191,6 +192,18 @@ def test_every_experiment_of_the_starter_folder_runs(rig, tmp_path, monkeypatch)
 def test_a_live_rig_with_an_inner_loop_is_not_driven(rig):
     with pytest.raises(InputError, match="has an inner loop, whose reference a trip of the guard would set to 0"):
         stands(cast(LinkClient, SimpleNamespace(at="udp://127.0.0.1:1")), rig)
+
+
+def test_a_loop_without_its_gain_is_told_how_to_give_one_that_nobody_knows(tmp_path):
+    lines = closed_loop_files(LABEL, "press")["rig.toml"].splitlines()
+    (tmp_path / "rig.toml").write_text("\n".join(line for line in lines if not line.startswith("loop_gain")))
+    said = r"inner.loop_gain: missing, .* where nobody knows it give a rough value in wide bounds, such as (.*)"
+    with pytest.raises(InputError, match=said) as refused:
+        load_rig(tmp_path / "rig.toml")
+    found = re.search(said, str(refused.value))
+    assert found is not None
+    (tmp_path / "rig.toml").write_text("\n".join(found[1] if line.startswith("loop_gain") else line for line in lines))
+    assert load_rig(tmp_path / "rig.toml").numbers["loop_gain"].high == 2000.0
 
 
 def test_a_force_loop_has_no_derivative_and_a_label_of_odd_numbers_is_a_rig(tmp_path):

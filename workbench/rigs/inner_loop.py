@@ -59,8 +59,14 @@ def inner_specs(controls: str) -> dict[str, Spec]:
 
 def read_inner_loop(table: "ConfigTable", stroke: float, force: float) -> InnerLoop:
     """The loop of the table `inner` of a rig file, without its numbers; `stroke` [m] and `force` [N] are the limits,
-    which are the reference at command 1 where the table does not say."""
+    which are the reference at command 1 where the table does not say. Raises InputError where it has no gain."""
     controls = table.word("controls", (POSITION, FORCE), POSITION)
+    if GAIN not in table:
+        rough = {POSITION: '40, unit = "1/m", bounds = [0.8, 2000]', FORCE: '2e-6, unit = "1/N", bounds = [4e-8, 1e-4]'}
+        why = (
+            "missing, and without it there is no loop; where nobody knows it give a rough value in wide bounds, such as"
+        )
+        raise table.complaint(GAIN, f"{why} {GAIN} = {{value = {rough[controls]}}}")
     full = {POSITION: stroke, FORCE: force}[controls]
     if "full_command" in table:
         full = table.quantity("full_command", Spec(_SI[controls], 1e-9, 1e9, "reference at command 1"))
