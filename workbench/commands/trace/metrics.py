@@ -71,7 +71,7 @@ def more_json(trace: Trace) -> dict[str, Any]:
     by_effect = steps(trace)
     in_sessions = [each.json() for each in session_fits(trace.problem, trace.final.fit)]
     tied = {fit.candidate.effect.name: list(fit.tied) for fit in trace.effects if fit.tied}
-    alike = {wrong.number.name: explain_alike(trace, wrong.number.name)[0] for wrong in numbers_of(trace)}
+    alike = {wrong.number.name: explain_alike(trace, wrong.number.name) for wrong in numbers_of(trace)}
     failed = {f"{fit.candidate.effect.title}": why for search in trace.passes for fit, why in failures(search.tried)}
     return {
         "base": base_intervals(trace.problem.rig, trace.final.fit),

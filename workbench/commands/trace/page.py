@@ -25,6 +25,7 @@ from ..fit.page import ranges_figure
 from ..residual.study import noise_table
 from .learned_page import LearnedLaw, learned_laws, learned_section, learned_sentence
 from .metrics import Both, labels
+from .next_record import EQUATION, Said, how, next_records
 from .tables import (
     base_table,
     candidates_table,
@@ -38,7 +39,7 @@ from .tables import (
     untested_table,
 )
 from .told import told_section, told_sentence
-from .words import EQUATION, FREE_RUN, PLAN, RETUNE, has_clue, next_records, verdict
+from .words import FREE_RUN, PLAN, RETUNE, has_clue, verdict
 
 _ALIKE = 0.5  # correlation from which two disturbances are alike
 _NO_CLUE = "The missing {} goes with no signal: none explains half of it, so that its shape over one would mislead."
@@ -55,10 +56,11 @@ def trace_page(
     library: Sequence[Effect],
     shape: UnexplainedDisturbance | None,
     shown: Sequence[dict[str, Any]] | None,
+    advice: Said,
 ) -> tuple[Page, Figure]:
     """The page and its telling figure, from the answer and the predictions `both` before and after.
 
-    `shape` is that of what is missing, `shown` what the records would have shown.
+    `shape` is that of what is missing, `shown` what the records would have shown, `advice` what to record next.
     """
     changed, floor, names = bool(trace.effects or trace.learned), trace.problem.floor, labels(trace)
     pairs = list(zip(*both, strict=True))
@@ -69,7 +71,7 @@ def trace_page(
     sections = [
         Section("Held-out error", [picture, error_table(answer["rms"], names, trace.problem.free_run), first]),
         *_causes(trace, shape, laws),
-        *_next(trace),
+        *_next(trace, advice),
         Section("What it buys", [RETUNE, *([FREE_RUN] if changed and not trace.problem.free_run else [])]),
         *_where(trace),
         _own_numbers(trace, names),
@@ -82,7 +84,7 @@ def trace_page(
         *_signals(trace, pairs, names),
     ]
     title = f"{trace.problem.campaign.path.resolve().name} on {trace.problem.rig.name}: what the model lacks"
-    said = verdict(trace, shape, None if shown is None else undetectable(shown))
+    said = verdict(trace, shape, None if shown is None else undetectable(shown), advice)
     said += (
         told_sentence(trace)
         + learned_sentence(laws)
@@ -127,10 +129,9 @@ def _is_unclear(trace: Trace, shape: UnexplainedDisturbance | None) -> bool:
     return shape is not None and bool(shape.rivals or (trace.verdict == "unknown" and len(trace.equations) > 1))
 
 
-def _next(trace: Trace) -> list[Section]:
-    said = [f"{about}: {record}." for about, record in next_records(trace)]
-    if trace.tied:
-        said.insert(0, "Recordings in which only one of them acts tell them apart:")
+def _next(trace: Trace, advice: Said) -> list[Section]:
+    said = [f"{about}: {text}." for about, text in next_records(trace, advice)]
+    said += how(advice) if said else []
     if trace.tied or trace.verdict == "unknown":
         said.append(PLAN)
     return [Section("What to record next", said)] if said else []

@@ -19,7 +19,8 @@ from ...records.sheet_points import SheetPoints
 from ...report import Curve, Figure, Page, Panel, Section, Table
 from ..common.error_page import AFTER, BEFORE, BETWEEN
 from .effect_words import ALL_EFFECTS
-from .words import EQUATION, RETUNE
+from .next_record import EQUATION
+from .words import RETUNE
 
 _NUMBERS = 6  # candidates whose numbers are listed
 _CURVE = 60  # frequencies of a drawn curve

@@ -12,6 +12,7 @@ from ...identify.acceptance.when_new import rig_when_new
 from ...identify.found.detectability import detectability
 from ...identify.found.fitted import fitted_rig
 from ...identify.found.missing_shape import missing_shape
+from ...identify.plan.questions import advice as record_advice
 from ...identify.trace.problem import traced_problem
 from ...identify.trace.tracer import trace
 from ...plant.effects import Effect
@@ -28,7 +29,7 @@ from ..common.outcome import Outcome, Progress, Stage, no_checkpoint
 from ..common.run_folder import metrics_json
 from ..common.shipped import campaign as campaign_folder
 from .answer import TraceAnswer
-from .metrics import compared, labels, more_json, trace_json
+from .metrics import compared, labels, more_json, numbers_of, trace_json
 from .page import trace_page
 from .when_new import beside_new
 
@@ -163,7 +164,8 @@ def trace_answer(
         with one_blas_thread():
             shape, none = missing_shape(result, stage, progress), result.verdict == "none"
             shown = detectability(result.problem, result.final, library, stage, progress) if none else None
-        return trace_page(result, answer, both, library, shape, shown)
+            advice = record_advice(result, [each.number.name for each in numbers_of(result)], stage, progress)
+        return trace_page(result, answer, both, library, shape, shown, advice)
 
     outcome = Outcome(answer | more_json(result), draw, tables, texts, Subject(rig))
     return TraceAnswer(result, rig_found, outcome, identity(campaign, rig, files, without, several))

@@ -74,7 +74,7 @@ def _numbers(trace: Trace, new: NewRig) -> list[dict[str, Any]]:
         cells = [number.value, number.low, number.high, *(now or (None, None, None))]
         values = [None if cell is None else float(from_si(cell, number.unit, number.si)) for cell in cells]
         row = {"number": name, "unit": number.unit, **dict(zip((*_KEYS["new"], *_KEYS["now"]), values, strict=True))}
-        alike = [other.removeprefix("number.") for other in explain_alike(trace, name)[0]] if name in found else []
+        alike = [other.removeprefix("number.") for other in explain_alike(trace, name)] if name in found else []
         rows.append({**row, "changed": name in found, "alike": alike})
     others = {other for row in rows for other in row["alike"]}
     return [{**row, "perhaps": not row["changed"] and row["number"] in others} for row in rows]

@@ -4,18 +4,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...base.words import agreed, counted, listed
+from ...base.words import listed
 from ...identify.found.alike import explain_alike
 from ...identify.found.fitted import fitted, pinned_sentence
 from ...identify.found.missing_shape import UnexplainedDisturbance
 from ...identify.found.shifted import SHIFT, LoggerShift, shifts
 from ...identify.trace import rule as decide
 from ...identify.trace.findings import CandidateFit, Trace
+from ...identify.trace.localise import BETWEEN
 from ...plant.effects import Effect
 from ...plant.effects.declared import effects_for
 from .cautions import at_end, of_the_logger, strange, title, with_ends
 from .effect_words import ALL_EFFECTS
-from .metrics import MANY, numbers_of, ranking
+from .explained import explains, percent, shares
+from .metrics import numbers_of, ranking
+from .next_record import EQUATION, Said, advice_sentence, record_words
 from .reasons import reason
 
 CLUE = 0.5  # R2 below which a signal says nothing of what is missing
@@ -34,20 +37,7 @@ PLAN = (
     "as files that the drive plays."
 )
 UNFINISHED = "Not finished: the time to compute ended the search, and what it did not try may explain as much. "
-EQUATION = {
-    "drive": "the drive (amplifier and spool loop)",
-    "pilot": "the torque motor and pilot stage",
-    "main": "the main spool",
-    "flow": "the flows (lands, chambers, supply)",
-    "force": "the motion of the load",
-    "sensor": "the pressure sensors",
-}
-BETWEEN = {"drive", "flow"}
 _BETWEEN = "between command and flow (the drive, the spool or the lands: the records do not tell which)"
-_SPLIT = (
-    "slow triangles of the command with reversals, steps and a fast multisine, with the spool recorded, which tells "
-    "what is missing before it from what is missing behind it"
-)
 SIGNAL = {
     "current": "tells the amplifier and its loop from the torque motor",
     "spool": "tells the valve's electronics and stages from its lands",
@@ -61,26 +51,18 @@ SIGNAL = {
     "force": "tells a force on the load from friction in the jack",
     "pump_speed": "tells the motor and its losses from the pump and what is behind it",
 }
-RECORD = {
-    "drive": "steps and a fast multisine on the command, with current and spool recorded",
-    "pilot": "slow triangles of the command with reversals, with current and spool recorded",
-    "main": "slow triangles of the command through null, and small steps about a held opening, with current and spool "
-    "recorded",
-    "flow": "standing still under load, steady moves at several speeds in both directions, and hard braking, with both "
-    "pressures and the supply recorded",
-    "force": "slow triangles with reversals, standing still at several positions, and a fast multisine, with both "
-    "pressures, acceleration and force recorded",
-    "sensor": "steps and standing still, with a second pressure sensor at the same port",
-}
 
 
-def verdict(trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None) -> str:
-    """The answer in a few sentences; `undetectable` are effects that the records could not have shown."""
+def verdict(
+    trace: Trace, shape: UnexplainedDisturbance | None, undetectable: Sequence[str] | None, advice: Said
+) -> str:
+    """The answer in a few sentences; `undetectable` are effects that the records could not have shown, `advice` what
+    simulated records say of what to record next."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = "".join(map(_second_logger, shifts(trace))) + ("" if trace.finished else UNFINISHED)
-    text += said[trace.verdict](trace, shape) if trace.verdict in said else _none(trace, undetectable or ())
+    text += said[trace.verdict](trace, shape, advice) if trace.verdict in said else _none(trace, undetectable or ())
     wrong = numbers_of(trace)
-    text += "".join(f" {each.text}{_beside(trace, each.number.name)}." for each in wrong)
+    text += "".join(f" {each.text}{_beside(trace, each.number.name, advice)}." for each in wrong)
     text += _trusted(trace, len(wrong)) + _learned(trace)
     beyond = [each.number.name for each in wrong]  # the rig's own stands at the end from which another one was found
     ends = [entry.number.name for entry in fitted(trace.problem.rig, trace.final.fit) if entry.pushed]
@@ -99,16 +81,20 @@ def _second_logger(shift: LoggerShift) -> str:
     late, low, high = (f"{1e3 * value:.4g}" for value in (shift.late, *shift.interval))
     return (
         f"A second logger recorded {shift.formula} {late} ms late (95 % from {low} to {high}; below 0 it was early): "
-        f"{SHIFT} explains {_percent(shift.explained)} of what the model misses. Record all by one logger, or declare "
+        f"{SHIFT} explains {percent(shift.explained)} of what the model misses. Record all by one logger, or declare "
         "it in the rig file. What follows holds once they are put back. "
     )
 
 
-def _beside(trace: Trace, number: str) -> str:
+def _beside(trace: Trace, number: str, advice: Said) -> str:
     """What explains the records as well as another value of a number, and what tells them apart."""
-    alike, equation = explain_alike(trace, number)
-    explain = "explains" if len(alike) == 1 else "explain"
-    return f"; {listed(alike)} {explain} as much, to tell them apart record {RECORD[equation]}" if alike else ""
+    alike = explain_alike(trace, number)
+    if not alike:
+        return ""
+    said = f"; {listed(alike)} {'explains' if len(alike) == 1 else 'explain'} as much"
+    if number not in advice or not (text := record_words(trace.problem.rig, advice[number])):
+        return said
+    return f"{said}; {text}" if text.startswith("no record") else f"{said}; to tell them apart record {text}"
 
 
 def _trusted(trace: Trace, numbers: int) -> str:
@@ -119,13 +105,6 @@ def _trusted(trace: Trace, numbers: int) -> str:
     if numbers == 1:
         return f" The interval is that {error}: the true value may lie outside it."
     return f" The intervals are those {error}: the true values may lie outside them."
-
-
-def _acts(effect: Effect) -> str:
-    """An effect in plain words; or the described number that is another one."""
-    if effect.shifts:
-        return f"{effect.shifts} is another number than described"
-    return ALL_EFFECTS.get(effect.name, f"{effect.name} acts")
 
 
 def times_noise(trace: Trace) -> tuple[float, float]:
@@ -167,43 +146,22 @@ def _times(value: float) -> str:
     return f"{value:.3f}" if value < 1.1 else f"{value:.3g}"
 
 
-def next_records(trace: Trace) -> list[tuple[str, str]]:
-    """What to record next: an effect in question, or the equation, and the excitation that shows it best; of a loop
-    that somebody else closed its reference is what can be moved."""
-    moved = "reference" if trace.problem.rig.inner else "command"
-    return [(about, record.replace("command", moved)) for about, record in _next_records(trace)]
-
-
-def _next_records(trace: Trace) -> list[tuple[str, str]]:
-    if trace.verdict == "none" or trace.equation is None:
-        return []
-    if not trace.effects and set(trace.equations) == BETWEEN:
-        return [("the spool", _SPLIT)]
-    if not trace.effects:
-        return [(EQUATION[equation], RECORD[equation]) for equation in trace.equations]
-    asked = [fit.candidate.effect for fit in trace.effects]
-    asked += [fit.candidate.effect for search in trace.passes for fit in (*search.accepted, *search.tried)]
-    first = {effect.name: RECORD[effect.equation] if effect.shifts else effect.shows for effect in reversed(asked)}
-    names = dict.fromkeys((*(fit.candidate.effect.name for fit in trace.effects), *trace.tied))
-    return [(name, first[name]) for name in names]
-
-
-def _named(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
+def _named(trace: Trace, _shape: UnexplainedDisturbance | None, advice: Said) -> str:
     before, after = times_noise(trace)
-    said = f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
+    said = f"{explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise."
     if trace.by_numbers:
         said += " Its numbers fitted to all records leave nothing: the train records alone tell too little of them."
     elif trace.left:
-        said += f" {_percent(trace.left)} of the noise's variance is left, by its formula perhaps."
+        said += f" {percent(trace.left)} of the noise's variance is left, by its formula perhaps."
     beside = [(fit, share) for fit, share in ranking(trace) if _other(trace, fit)]
     if beside and trace.finished:
         fit, share = beside[0]
-        far = f" No other effect comes near: the next, {fit.candidate.effect.name}, explains {_percent(share)}."
-        said += far if share < _FAR else f" The next best, {fit.candidate.effect.name}, explains {_percent(share)}."
-    return f"{said} {_advice(trace, 'To pin the numbers down, record')}"
+        far = f" No other effect comes near: the next, {fit.candidate.effect.name}, explains {percent(share)}."
+        said += far if share < _FAR else f" The next best, {fit.candidate.effect.name}, explains {percent(share)}."
+    return f"{said} {advice_sentence(trace, advice, 'To pin the numbers down')}"
 
 
-def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
+def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None, advice: Said) -> str:
     before, after = times_noise(trace)
     where = f", most likely {_in_either([shape.equation, *shape.rivals])}" if shape else ""
     falls = "falls" if after < before else "does not fall; it goes"
@@ -211,43 +169,34 @@ def _incomplete(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
     if trace.learned and trace.at_floor:
         rest = "the formula is not all of it"
     elif after < before and left < decide.FORMULA:
-        rest = f"{_percent(left)} of the noise's variance is left, by its formula perhaps, or something else is missing"
+        rest = f"{percent(left)} of the noise's variance is left, by its formula perhaps, or something else is missing"
     else:
         rest, falls = "something else is missing too", falls.replace("falls", "only falls")
     but = "But the" if falls != "falls" else "The"
     return (
-        f"{_explains(trace)} {but} held-out error {falls} from {_times(before)} to {_times(after)} times the noise: "
-        f"{rest}{where}. {_advice(trace, 'To go on, record')}"
+        f"{explains(trace)} {but} held-out error {falls} from {_times(before)} to {_times(after)} times the noise: "
+        f"{rest}{where}. {advice_sentence(trace, advice, 'To go on')}"
     )
 
 
-def _tied(trace: Trace, _shape: UnexplainedDisturbance | None) -> str:
+def _tied(trace: Trace, _shape: UnexplainedDisturbance | None, advice: Said) -> str:
     before, after = times_noise(trace)
     first, *beside = trace.effects
     if beside:
         return (
-            f"{_explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise. "
-            f"{_advice(trace, 'To tell them apart, record')}"
+            f"{explains(trace)} The held-out error falls from {_times(before)} to {_times(after)} times the noise. "
+            f"{advice_sentence(trace, advice, 'To tell them apart')}"
         )
     names = [first.candidate.effect.name, *trace.tied]
     words = listed([ALL_EFFECTS.get(name, f"{name} acts") for name in names], "or")
     return (
-        f"Either {words}: these records cannot tell {listed(names)} apart, {_shares(trace, names)} of what the model "
+        f"Either {words}: these records cannot tell {listed(names)} apart, {shares(trace, names)} of what the model "
         f"misses, and the held-out error falls from "
-        f"{_times(before)} to {_times(after)} times the noise. {_advice(trace, 'To tell them apart, record')}"
+        f"{_times(before)} to {_times(after)} times the noise. {advice_sentence(trace, advice, 'To tell them apart')}"
     )
 
 
-def _shares(trace: Trace, names: Sequence[str]) -> str:
-    """How much each of several names that tie explains."""
-    accepted = {fit.judgement.name: fit.judgement.explained for search in trace.passes for fit in search.accepted}
-    shares = [accepted.get(name, trace.effects[0].judgement.explained) for name in names]
-    if max(shares) - min(shares) <= decide.TIED:
-        return f"each explains {_percent(shares[0])}"
-    return f"they explain {listed([_percent(share) for share in shares])}, and other formulas might as much,"
-
-
-def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
+def _unknown(trace: Trace, shape: UnexplainedDisturbance | None, advice: Said) -> str:
     before, _ = times_noise(trace)
     where = _in_either(trace.equations) if trace.equations else "in the model"
     error = f"the held-out error is {_times(before)} times the noise"
@@ -260,7 +209,7 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None) -> str:
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
-    return f"{said} {_advice(trace, 'To learn more, record')}".rstrip()
+    return f"{said} {advice_sentence(trace, advice, 'To learn more')}".rstrip()
 
 
 def _those_tried(trace: Trace) -> str:
@@ -278,7 +227,7 @@ def _nearest(trace: Trace) -> str:
         before, after = trace.heldout[0], trace.refuted_errors
         if after and before.explained(after) >= decide.NAMED:
             least = f"with so much left {100 * decide.asked(after.chi2):.0f} % would name it"
-            gone, left = _percent(before.explained(after)), _times(np.sqrt(after.chi2))
+            gone, left = percent(before.explained(after)), _times(np.sqrt(after.chi2))
             takes, leaves = ("take", "leave") if len(trace.refuted) > 1 else ("takes", "leaves")
             return f"; {names}{ends} {takes} away {gone} of it and {leaves} {left} times the noise ({least})"
         return f"; {names}{ends} would explain the train records, but the held-out records do not bear it out"
@@ -289,9 +238,9 @@ def _nearest(trace: Trace) -> str:
     said = f", and the best effect, {title(fit.candidate.effect)}, takes away"
     if share < decide.NAMED:
         ends = with_ends(fit, trace)
-        return f"{said} only {_percent(share)} of it{ends} ({100 * decide.NAMED:.0f} % would name it)"
+        return f"{said} only {percent(share)} of it{ends} ({100 * decide.NAMED:.0f} % would name it)"
     search = next(each for each in trace.passes if any(fit is other for other in each.tried))
-    return f"{said} {_percent(share)} of it: {reason(trace, search, fit)}"
+    return f"{said} {percent(share)} of it: {reason(trace, search, fit)}"
 
 
 def has_clue(shape: UnexplainedDisturbance) -> bool:
@@ -327,57 +276,6 @@ def _none(trace: Trace, undetectable: Sequence[str]) -> str:
     return said
 
 
-def _explains(trace: Trace) -> str:
-    """Which effects explain how much."""
-    effects = [fit.candidate.effect for fit in trace.effects]
-    words = listed([_acts(effect) for effect in effects] if len(effects) <= MANY else _counted(effects))
-    before, after, _ = (errors.chi2 for errors in trace.heldout)
-    share = (before - after) / (before - 1)
-    verb = "explains" if len(effects) == 1 else "explain together"
-    part = _percent(share) if share > 0 else "nothing"
-    return (
-        f"{words[0].upper()}{words[1:]}: {listed([title(effect) for effect in effects])} {verb} "
-        f"{part} of what the model misses.{''.join(_as_good(trace, fit) for fit in trace.effects)}"
-    )
-
-
-def _counted(effects: Sequence[Effect]) -> list[str]:
-    """Many effects: the described numbers that are others, and how many effects act beside them."""
-    numbers = [effect.shifts for effect in effects if effect.shifts]
-    others = len(effects) - len(numbers)
-    beside = f"{counted(others, 'effect')} {agreed('act', others)}"
-    if not numbers:
-        return [beside]
-    verb = "is another number" if len(numbers) == 1 else "are other numbers"
-    return [f"{listed(numbers)} {verb} than described", beside]
-
-
-def _as_good(trace: Trace, fit: CandidateFit) -> str:
-    """Which names would do in the place of an effect that was added."""
-    names = [name for name in fit.tied if name in trace.tied]
-    if not names:
-        return ""
-    explain = "explains" if len(names) == 1 else "explain"
-    added = fit.candidate.effect.name
-    return f" In the place of {added}, {listed(names)} {explain} as much: these records cannot tell them apart."
-
-
 def _other(trace: Trace, fit: CandidateFit) -> bool:
     added = [each.candidate.effect.name for each in trace.effects]
     return fit.candidate.effect.name not in (*added, *trace.tied)
-
-
-def _advice(trace: Trace, begin: str) -> str:
-    records = next_records(trace)
-    if not records:
-        return ""
-    if len(records) == 1:
-        return f"{begin} {records[0][1]}."
-    most = len(records) if len(records) <= MANY else 1
-    shown = "; ".join(f"{shows} ({name})" for name, shows in records[:most])
-    return f"{begin}: {shown}; for the others see what to record next." if records[most:] else f"{begin}: {shown}."
-
-
-def _percent(share: float) -> str:
-    """A share; what fits better than the noise has it is all, no more."""
-    return f"{100 * min(share, 1.0):.1f} %"

@@ -32,6 +32,8 @@ _SURELY = (
     2.0  # and from which on it is, whatever the evidence says: numbers that follow a misfit elsewhere break it less
 )
 ALIKE = 0.01  # of the most evidence: so much may come of the model being linear about a fit that is off
+BETWEEN = {"drive", "flow"}
+"""Before and behind the spool."""
 _UNSEEN_SPOOL = 0.1  # and so much between command and flow, where no spool is recorded: one follows the other
 _NEAR = 0.9  # of the most evidence: what an equation must have that may be broken
 
@@ -244,7 +246,7 @@ def likely_equations(evidence: Sequence[tuple[str, float]], parity: Mapping[str,
     gains, unseen = dict(evidence), "drive" not in parity
 
     def is_near(name: str) -> bool:
-        between = unseen and {first, name} == {"drive", "flow"}
+        between = unseen and {first, name} == BETWEEN
         return gains[first] - gains[name] < max(clear, _UNSEEN_SPOOL * gains[first] if between else 0.0)
 
     return [first, *filter(is_near, others)]
