@@ -72,7 +72,7 @@ def test_what_a_learned_shape_closes_is_missing_no_more():
 
 
 def test_nothing_is_drawn_where_nothing_was_learned():
-    assert words.verdict(found(), None, None).endswith("record slow triangles with reversals, and starts from rest.")
+    assert words.verdict(found(), None, None, {}).endswith("record slow triangles with reversals, and starts from rest.")
 
 
 # --- laws and bands
@@ -148,7 +148,7 @@ def test_a_named_formula_with_such_numbers_is_a_warning():
     named = replace(found().named, fit=fit_of(effect, {"Fc": 70.0, "Fs": 64.0, "vs": 0.02}, 1e-3))
     candidate = replace(found().effects[0].candidate, effect=effect)
     trace = replace(found(), named=named, effects=(replace(found().effects[0], candidate=candidate),))
-    assert "fitted with Fs below Fc, which is not physical" in words.verdict(trace, None, None)
+    assert "fitted with Fs below Fc, which is not physical" in words.verdict(trace, None, None, {})
 
 
 def test_a_number_that_the_records_do_not_tell_is_told_to_be_so():
@@ -169,7 +169,7 @@ def test_equations_that_are_not_clearly_behind_are_named_too():
     unclear = replace(
         found(), verdict="unknown", effects=(), equation="main", evidence=tuple(evidence), parity_residuals={}
     )
-    said = words.verdict(unclear, None, None)
+    said = words.verdict(unclear, None, None, {})
     assert said.startswith(
         "Something is missing in the main spool or the drive (amplifier and spool loop) (the records do not tell which)"
     )
@@ -187,7 +187,7 @@ def test_what_sits_before_a_spool_that_is_not_recorded_is_not_told_from_what_sit
     assert likely_equations((("drive", 80e3), ("flow", 73e3)), {"drive": 9.0}, 800.0) == ["drive"]
     place = {"equation": "flow", "evidence": evidence, "parity_residuals": {"force": 1.05}}
     unknown = replace(found(), verdict="unknown", effects=(), **place)
-    assert words.verdict(unknown, None, None).startswith("Something is missing between command and flow (the drive,")
+    assert words.verdict(unknown, None, None, {}).startswith("Something is missing between command and flow (the drive,")
     assert "with the spool recorded" in words.next_records(unknown)[0][1]
 
 

@@ -163,7 +163,7 @@ def test_the_page_of_any_trace_of_a_pump_is_drawn(data):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trace_metrics, "compared", lambda _: both)
         answer, more = trace_json(made), more_json(made)
-    drawn(trace_page(made, answer, both, library, None, None)[0])
+    drawn(trace_page(made, answer, both, library, None, None, {})[0])
     metrics_json(answer | more)
 
 

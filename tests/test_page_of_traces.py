@@ -106,7 +106,7 @@ def made_trace(draw: st.DrawFn) -> Trace:
 
 def test_the_page_of_what_was_found_is_drawn():
     answer, both, shape = drawn_from()
-    assert "jack.friction" in render(trace_page(found(), answer, both, LIBRARY, shape, None)[0])
+    assert "jack.friction" in render(trace_page(found(), answer, both, LIBRARY, shape, None, {})[0])
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # numbers beyond all: what is drawn of them is asked here
@@ -124,6 +124,6 @@ def test_the_page_of_any_result_is_drawn(data):
     odd = data.draw(st.sampled_from((None, 0.0, 1.0, 1e9)))  # None: a window could not be simulated
     answer["rms"] = {name: row | {"after": odd} for name, row in answer["rms"].items()}
     both = both if made.effects or made.learned else (both[0], both[0])
-    page, _ = trace_page(made, answer, both, LIBRARY, shape if data.draw(st.booleans()) else None, None)
+    page, _ = trace_page(made, answer, both, LIBRARY, shape if data.draw(st.booleans()) else None, None, {})
     assert "<b>it</b>" not in render(page)
     more_json(made)

@@ -75,7 +75,7 @@ def test_nothing_missing_is_said_without_a_doubt_where_there_is_none():
 
 
 def test_what_could_not_be_seen_is_said():
-    said = words.verdict(altered(verdict="none", effects=(), evidence=()), None, ["load.spring", "oil.air"])
+    said = words.verdict(altered(verdict="none", effects=(), evidence=()), None, ["load.spring", "oil.air"], {})
     assert said.endswith("They could not have shown a typical load.spring or oil.air.")
 
 
@@ -88,7 +88,7 @@ def tied() -> Trace:
 
 
 def test_effects_that_tie_are_told_with_what_splits_them():
-    said = words.verdict(tied(), None, None)
+    said = words.verdict(tied(), None, None, {})
     assert said.startswith("Either the jack rubs or a constant force pushes the jack: these records cannot tell")
     assert "slow triangles" in said
     assert "standing still at null" in said
@@ -99,7 +99,7 @@ def test_a_second_effect_that_ties_is_said_to_tie():
     (friction,) = tied().effects
     spring = replace(friction, candidate=replace(friction.candidate, effect=find("load.spring", "linear")), tied=())
     trace = replace(tied(), effects=(spring, friction))
-    said = words.verdict(trace, None, None)
+    said = words.verdict(trace, None, None, {})
     assert "Either" not in said
     assert "To tell them apart, record" in said
     assert "In the place of jack.friction, load.bias explains as much: these records cannot tell them apart." in said
@@ -115,10 +115,10 @@ def test_neighbours_that_tie_by_what_their_formulas_leave_are_told_with_both_sha
     less = replace(bias, judgement=replace(bias.judgement, name="load.bias", explained=0.9))
     friction = replace(friction, judgement=replace(friction.judgement, explained=0.95))
     both = replace(tied(), effects=(friction,), passes=(replace(each, accepted=(friction, less)),))
-    said = words.verdict(both, None, None)
+    said = words.verdict(both, None, None, {})
     assert "they explain 95.0 % and 90.0 %, and other formulas might as much, of what the model misses" in said
     assert "each explains" not in said
-    assert "each explains" in words.verdict(tied(), None, None)
+    assert "each explains" in words.verdict(tied(), None, None, {})
 
 
 def test_an_effect_that_was_added_ties_with_none():
@@ -126,7 +126,7 @@ def test_an_effect_that_was_added_ties_with_none():
     bias = replace(friction, candidate=replace(friction.candidate, effect=find("load.bias", "weight")), tied=())
     trace = altered(verdict="named", effects=(friction, bias))
     assert trace.tied == ()
-    assert "tell them apart" not in words.verdict(trace, None, None)
+    assert "tell them apart" not in words.verdict(trace, None, None, {})
 
 
 def test_an_unfinished_effect_says_that_more_is_missing_and_where():
@@ -134,7 +134,7 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
     for chi2, left in ((1.5, "something else is missing too"), (1.06, "6.0 % of the noise's variance is left")):
         rest = replace(after, squares=after.squares * chi2 / after.chi2)
         trace = altered(verdict="incomplete", heldout=(before, rest, rest))
-        said = words.verdict(trace, UnexplainedDisturbance("flow"), None)
+        said = words.verdict(trace, UnexplainedDisturbance("flow"), None, {})
         assert left in said
         assert "most likely in the flows" in said
         assert ("only falls" in said) == (chi2 > 1.3)
@@ -143,10 +143,10 @@ def test_an_unfinished_effect_says_that_more_is_missing_and_where():
 def test_a_name_whose_formula_is_not_the_rigs_own_says_how_much_is_left():
     before, after, _ = found().heldout
     rest = replace(after, squares=after.squares * 1.29 / after.chi2)
-    said = words.verdict(altered(heldout=(before, rest, rest)), None, None)
+    said = words.verdict(altered(heldout=(before, rest, rest)), None, None, {})
     assert "29.0 % of the noise's variance is left, by its formula perhaps." in said
-    assert "of the noise's variance is left" not in words.verdict(found(), None, None)
-    by_numbers = words.verdict(altered(heldout=(before, rest, rest), by_numbers=True), None, None)
+    assert "of the noise's variance is left" not in words.verdict(found(), None, None, {})
+    by_numbers = words.verdict(altered(heldout=(before, rest, rest), by_numbers=True), None, None, {})
     assert "Its numbers fitted to all records leave nothing" in by_numbers
 
 
@@ -156,9 +156,9 @@ def test_a_name_whose_formula_is_not_the_rigs_own_says_how_much_is_left():
 def test_contradicted_numbers_of_a_model_that_misses_more_are_not_told_as_sure(monkeypatch, numbers, says):
     wrong = [SimpleNamespace(number=SimpleNamespace(name=name), text=f"{name} is another") for name in "AB"[:numbers]]
     monkeypatch.setattr(words, "numbers_of", lambda _: wrong)
-    monkeypatch.setattr(words, "explain_alike", lambda *_: ([], "flow"))
-    assert says in words.verdict(altered(verdict="incomplete"), None, None)
-    assert says not in words.verdict(found(), None, None)
+    monkeypatch.setattr(words, "explain_alike", lambda *_: [])
+    assert says in words.verdict(altered(verdict="incomplete"), None, None, {})
+    assert says not in words.verdict(found(), None, None, {})
 
 
 def test_a_number_that_left_its_range_is_a_warning():
@@ -176,13 +176,13 @@ def test_a_number_that_left_its_range_is_a_warning():
 
 def test_a_late_command_may_be_a_filter_of_the_logger_unless_that_is_declared():
     late = replace(found().effects[0], candidate=replace(found().effects[0].candidate, effect=find("drive.delay", "")))
-    said = words.verdict(altered(effects=(late,)), None, None)
+    said = words.verdict(altered(effects=(late,)), None, None, {})
     assert "a low pass of the logger delays all that is measured (sensor.filter)" in said
     assert "Loop the command back into the logger" in said
     assert "sensor.filter" not in named().page.verdict
     declared = replace(found().problem.rig, effects=(EffectUse("sensor.filter", "bessel 4", {}),))
     known = altered(effects=(late,), problem=replace(found().problem, rig=declared))
-    assert "sensor.filter" not in words.verdict(known, None, None)
+    assert "sensor.filter" not in words.verdict(known, None, None, {})
 
 
 def test_an_effect_s_number_at_its_end_is_a_warning():
@@ -193,16 +193,16 @@ def test_an_effect_s_number_at_its_end_is_a_warning():
     said = words.verdict(altered(named=replace(found().named, fit=pushed)), None, None)
     assert f"is fitted with {name} at " in said
     assert "the end of its range: the rig may be beyond it." in said
-    assert "the end of its range" not in words.verdict(found(), None, None)
+    assert "the end of its range" not in words.verdict(found(), None, None, {})
 
 
 def test_a_name_that_leaves_too_much_is_said_with_what_it_leaves():
     before, left = (replace(found().heldout[0], squares=np.array([chi2]), samples=1) for chi2 in (91.0, 10.0))
     nothing = {"verdict": "unknown", "effects": (), "named": found().base, "refuted": found().effects}
     nothing["heldout"] = (before, before, before)
-    said = words.verdict(altered(**nothing, refuted_errors=left), None, None)
+    said = words.verdict(altered(**nothing, refuted_errors=left), None, None, {})
     assert " takes away 90.0 % of it and leaves 3.16 times the noise (with so much left 95 % would name it)" in said
-    assert "bear it out" in words.verdict(altered(**nothing, refuted_errors=before), None, None)
+    assert "bear it out" in words.verdict(altered(**nothing, refuted_errors=before), None, None, {})
 
 
 def test_what_explains_only_with_numbers_at_their_ends_says_so():
@@ -214,21 +214,21 @@ def test_what_explains_only_with_numbers_at_their_ends_says_so():
     )
     pushed = replace(one, model_fit=replace(one.refitted, fit=fit))
     nothing = {"verdict": "unknown", "effects": (), "named": found().base}
-    said = words.verdict(altered(**nothing, refuted=(pushed,)), None, None)
+    said = words.verdict(altered(**nothing, refuted=(pushed,)), None, None, {})
     assert f"(coulomb) with {number.name} and {own} at the ends of their ranges would explain the train records" in said
-    assert "of their ranges" not in words.verdict(altered(**nothing, refuted=(one,)), None, None)
+    assert "of their ranges" not in words.verdict(altered(**nothing, refuted=(one,)), None, None, {})
     half = replace(found().base.selection, squares=0.7 * found().base.selection.squares)
     weak = replace(pushed, model_fit=replace(one.refitted, fit=fit, selection=half))
     search = replace(found().passes[0], tried=(weak,), accepted=())
-    said = words.verdict(altered(**nothing, passes=(search,)), None, None)
+    said = words.verdict(altered(**nothing, passes=(search,)), None, None, {})
     assert f" % of it with {number.name} and {own} at the ends of their ranges (80 % would name it)" in said
 
 
 def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
-    said = words.verdict(altered(verdict="none", effects=()), None, None)
+    said = words.verdict(altered(verdict="none", effects=()), None, None, {})
     assert "Check the noise floor" in said
     before = replace(found().heldout[0], squares=found().heldout[2].squares)
-    said = words.verdict(altered(verdict="none", effects=(), heldout=(before,) * 3), None, None)
+    said = words.verdict(altered(verdict="none", effects=(), heldout=(before,) * 3), None, None, {})
     assert "Check the noise floor" not in said  # they are at it
     assert "what more the other records leave" in said
 
@@ -242,7 +242,7 @@ def test_there_are_words_for_everything():
 def test_a_user_s_effect_needs_no_words_of_ours():
     mine = replace(LIBRARY[0], name="my.rub", formula="")
     one = replace(found().effects[0], candidate=replace(found().effects[0].candidate, effect=mine))
-    assert words.verdict(altered(effects=(one,)), None, None).startswith("My.rub acts: my.rub explains 100.0 %")
+    assert words.verdict(altered(effects=(one,)), None, None, {}).startswith("My.rub acts: my.rub explains 100.0 %")
 
 
 # --- tables
@@ -279,7 +279,7 @@ def test_an_effect_that_was_not_added_is_as_good_as_none():
     assert "the held-out records do not bear it out" in reason(refuted, each, one)
     nothing = altered(verdict="unknown", effects=())
     assert reason(nothing, each, one) == "real, but takes away too little of what the rig alone misses"
-    said = words.verdict(nothing, None, None)
+    said = words.verdict(nothing, None, None, {})
     assert "of it: real, but takes away too little" in said
     assert "only 100.0 %" not in said
     other = replace(one, judgement=replace(one.judgement, name="drive.delay", kin="drive timing"))
@@ -475,7 +475,7 @@ def test_pages_are_whole_and_their_pictures_are_drawn(outcome, tmp_path):
 
 
 def test_a_tied_page_names_what_to_record_for_each():
-    page, _ = trace_page(tied(), trace_json(tied()), compared(tied()), LIBRARY, None, None)
+    page, _ = trace_page(tied(), trace_json(tied()), compared(tied()), LIBRARY, None, None, {})
     first, *_ = sections(page)["What to record next"].items
     assert first == "Recordings in which only one of them acts tell them apart:"
 
@@ -495,7 +495,7 @@ def test_many_effects_are_counted_and_named_once():
     others = [("load.bias", "weight"), ("load.spring", "linear"), ("oil.air", "polytropic")]
     more = [replace(friction, candidate=replace(friction.candidate, effect=find(*key))) for key in others]
     trace = altered(verdict="incomplete", effects=(friction, *more))
-    said = words.verdict(trace, None, None)
+    said = words.verdict(trace, None, None, {})
     assert said.startswith("4 effects act: jack.friction (coulomb), load.bias (weight), load.spring (linear) and oil.")
     assert "slow triangles with reversals" in said
     assert "for the others see what to record next" in said

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import binom, binomtest
 
 from workbench.base.units import to_si
-from workbench.commands.trace.words import BETWEEN
+from workbench.identify.trace.localise import BETWEEN
 from workbench.plant.effects import known_effects
 
 from .campaigns.draw import JACK

@@ -26,7 +26,7 @@ HOW = (
     "the slow position loop of its drive. A difference is what is left once initial states and the rig's own numbers, "
     "in their ranges, have done what they could: its RMS in the channel, over the noise."
 )
-_ASSUMED = "Nothing tells the noise of {}: 0.02 % of its largest value was assumed."
+_ASSUMED = "Nothing tells the noise of {}: 0.1 % of its largest value was assumed."
 _MORE = "for the others see what to record next"
 Said = Mapping[str, Advice]
 
@@ -87,7 +87,7 @@ def wave_words(rig: Rig, design: Design, peak: float) -> str:
 
 
 def _difference(advice: Advice) -> str:
-    times = f"{advice.times:.0f}" if advice.times >= 10 else f"{advice.times:.2g}"
+    times = f"{float(f'{advice.times:.2g}'):g}"
     names, channel = advice.names, _channel(advice.channel)
     if set(names) <= EQUATION.keys():
         if advice.channel == "spool" and len(names) > 1:
