@@ -1,5 +1,6 @@
 """The report of a trace: what is wrong, how sure that is, what to record next, in words, tables and figures."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,11 +14,13 @@ from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace import words as words
 from workbench.commands.trace.effect_words import ALL_EFFECTS, EFFECT
 from workbench.commands.trace.metrics import compared, labels, more_json, trace_json
+from workbench.commands.trace.next_record import EQUATION, HOW, next_records
 from workbench.commands.trace.page import _shape, _where, shape_tables, telling, trace_page
 from workbench.commands.trace.reasons import reason
 from workbench.commands.trace.tables import base_table, candidates_table, rule_table, unseen_signals, untested_table
 from workbench.identify.found.detectability import undetectable
 from workbench.identify.found.missing_shape import UnexplainedDisturbance, missing_shape
+from workbench.identify.plan.advice import Advice
 from workbench.identify.trace.findings import Trace
 from workbench.plant.effects import EQUATIONS, LIBRARY as WHOLE, find, known_effects
 from workbench.plant.effects.declared import effects_for
@@ -26,6 +29,9 @@ from workbench.report.chart import chart
 from workbench.report.still import still_picture
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.valve import VALVES
+
+APART = {"jack.friction": Advice(("jack.friction", "load.bias"), "triangle-slow", 0.2, "spool", "pa", 12.3)}
+SPRING = Advice(("load.spring",), "steps-position", 50.0, "", "position", 3.5)
 
 
 def sections(page: Page) -> dict[str, Section]:
@@ -51,7 +57,11 @@ def test_a_named_effect_is_told_in_plain_words():
     said = named().page.verdict
     assert said.startswith("The jack rubs: jack.friction (coulomb) explains 100.0 % of what")
     assert "times the noise" in said
-    assert said.endswith("record slow triangles with reversals, and starts from rest.")
+    assert re.search(
+        r"To pin the numbers down, record a? ?[a-z]+ of the command .*: jack.friction changes the "
+        r"(pressure pa|pressure pb|position|spool) there by about \d+ times its noise\.$",
+        said,
+    )
 
 
 def test_numbers_for_whole_records_are_offered_where_windows_gave_them():
@@ -65,7 +75,7 @@ def test_an_unknown_names_equation_signal_and_what_to_record():
     start = "Something is missing in the motion of the load that no effect that was tried explains"  # one is left out
     assert said.startswith(start)
     assert "The missing force on the load goes with " in said
-    assert "record slow triangles" in said
+    assert re.search(r"To learn more, record .*: known effects in the motion of the load change the", said)
 
 
 def test_nothing_missing_is_said_without_a_doubt_where_there_is_none():
@@ -88,22 +98,29 @@ def tied() -> Trace:
 
 
 def test_effects_that_tie_are_told_with_what_splits_them():
-    said = words.verdict(tied(), None, None, {})
+    said = words.verdict(tied(), None, None, APART)
     assert said.startswith("Either the jack rubs or a constant force pushes the jack: these records cannot tell")
-    assert "slow triangles" in said
-    assert "standing still at null" in said
-    assert [name for name, _ in words.next_records(tied())] == ["jack.friction", "load.bias"]
+    assert said.endswith(
+        "To tell them apart, record triangles of the command up to 20 % and back, 3 s each, with the spool recorded "
+        "too: jack.friction and load.bias differ there by about 12 times the noise of the pressure pa."
+    )
+    assert [about for about, _ in next_records(tied(), APART)] == ["jack.friction or load.bias"]
+    nothing = {"jack.friction": Advice(("jack.friction", "load.bias"))}
+    said = words.verdict(tied(), None, None, nothing)
+    assert said.endswith("No record that was simulated tells jack.friction from load.bias.")
+    assert "To tell them apart" not in said
 
 
 def test_a_second_effect_that_ties_is_said_to_tie():
     (friction,) = tied().effects
     spring = replace(friction, candidate=replace(friction.candidate, effect=find("load.spring", "linear")), tied=())
     trace = replace(tied(), effects=(spring, friction))
-    said = words.verdict(trace, None, None, {})
+    said = words.verdict(trace, None, None, {**APART, "load.spring": SPRING})
     assert "Either" not in said
     assert "To tell them apart, record" in said
     assert "In the place of jack.friction, load.bias explains as much: these records cannot tell them apart." in said
-    assert [name for name, _ in words.next_records(trace)] == ["load.spring", "jack.friction", "load.bias"]
+    abouts = [about for about, _ in next_records(trace, {**APART, "load.spring": SPRING})]
+    assert abouts == ["load.spring", "jack.friction or load.bias"]
     answer = trace_json(trace)
     assert (answer["verdict"], answer["effects"]) == ("tied", ["load.spring", "jack.friction", "load.bias"])
     assert more_json(trace)["tied"] == {"jack.friction": ["load.bias"]}
@@ -235,7 +252,7 @@ def test_a_disturbance_in_no_equation_asks_for_a_better_noise_floor():
 
 def test_there_are_words_for_everything():
     assert set(EFFECT) == {effect.name for effect in WHOLE}
-    assert set(words.EQUATION) == set(words.RECORD) == set(EQUATIONS)
+    assert set(EQUATION) == set(EQUATIONS)
     assert set(words.SIGNAL) == set(MEASURED)
 
 
@@ -425,8 +442,10 @@ def test_a_named_page_has_what_a_person_asks_for():
     assert titles[:3] == ["Held-out error", "What explains it", "What to record next"]
     assert "Every signal of sines" in titles
     assert {"Effects that were fitted", "Their numbers"} <= set(tables(sections(page)["What explains it"]))
-    (said,) = sections(page)["What to record next"].items
-    assert said == "jack.friction: slow triangles with reversals, and starts from rest."
+    said, how = sections(page)["What to record next"].items
+    assert said.startswith("jack.friction: ")
+    assert "times its noise" in said
+    assert how == HOW
     every = figures(sections(page)["Every signal of sines"])
     assert list(every) == ["sines: spool", "sines: pa", "sines: pb", "sines: position"]
     names = [curve.name for panel in every["sines: pa"].panels for curve in panel.curves]
@@ -475,9 +494,10 @@ def test_pages_are_whole_and_their_pictures_are_drawn(outcome, tmp_path):
 
 
 def test_a_tied_page_names_what_to_record_for_each():
-    page, _ = trace_page(tied(), trace_json(tied()), compared(tied()), LIBRARY, None, None, {})
-    first, *_ = sections(page)["What to record next"].items
-    assert first == "Recordings in which only one of them acts tell them apart:"
+    page, _ = trace_page(tied(), trace_json(tied()), compared(tied()), LIBRARY, None, None, APART)
+    first, how, plan = sections(page)["What to record next"].items
+    assert first.startswith("jack.friction or load.bias: triangles of the command")
+    assert (how, plan) == (HOW, words.PLAN)
 
 
 def test_an_axis_may_have_names_instead_of_numbers():
@@ -495,11 +515,11 @@ def test_many_effects_are_counted_and_named_once():
     others = [("load.bias", "weight"), ("load.spring", "linear"), ("oil.air", "polytropic")]
     more = [replace(friction, candidate=replace(friction.candidate, effect=find(*key))) for key in others]
     trace = altered(verdict="incomplete", effects=(friction, *more))
-    said = words.verdict(trace, None, None, {})
+    advice = {fit.candidate.effect.name: replace(SPRING, names=(fit.candidate.effect.name,)) for fit in trace.effects}
+    said = words.verdict(trace, None, None, advice)
     assert said.startswith("4 effects act: jack.friction (coulomb), load.bias (weight), load.spring (linear) and oil.")
-    assert "slow triangles with reversals" in said
-    assert "for the others see what to record next" in said
-    assert len(words.next_records(trace)) == 4
+    assert "jack.friction changes the position there by about 3.5 times its noise; for the others see what" in said
+    assert len(next_records(trace, advice)) == 4
     assert labels(trace) == ["fitted rig alone", "with all 4"]
 
 

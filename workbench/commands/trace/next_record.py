@@ -79,7 +79,11 @@ def wave_words(rig: Rig, design: Design, peak: float) -> str:
         moved, size = "the command", f"{100 * peak:.3g} %"
     if design.kind == "multisine" and design.band:
         low, high = design.band
-        of = f"sine of {moved} at {low:g} Hz" if design.lines == 1 else f"multisine of {moved}, {low:g} to {high:g} Hz"
+        of = (
+            f"sine of {moved} at {low:g} Hz"
+            if design.lines == 1
+            else f"multisine of {moved} from {low:g} to {high:g} Hz"
+        )
         return f"a {of}, up to {size}"
     if design.kind == "triangle":
         return f"triangles of {moved} up to {size} and back, {design.seconds:g} s each"
@@ -91,14 +95,16 @@ def _difference(advice: Advice) -> str:
     names, channel = advice.names, _channel(advice.channel)
     if set(names) <= EQUATION.keys():
         if advice.channel == "spool" and len(names) > 1:
-            return f"what acts before the spool moves it there by some {times} times its noise, what acts behind it not"
+            return (
+                f"what acts before the spool moves it there by about {times} times its noise, what acts behind it not"
+            )
         places = listed([EQUATION[name] for name in names])
         if len(names) == 1:
-            return f"known effects in {places} change the {channel} there by some {times} times its noise"
-        return f"known effects in {places} differ there by some {times} times the noise of the {channel}"
+            return f"known effects in {places} change the {channel} there by about {times} times its noise"
+        return f"known effects in {places} differ there by about {times} times the noise of the {channel}"
     if len(names) == 1:
-        return f"{names[0]} changes the {channel} there by {times} times its noise"
-    return f"{listed(names)} differ there by {times} times the noise of the {channel}"
+        return f"{names[0]} changes the {channel} there by about {times} times its noise"
+    return f"{listed(names)} differ there by about {times} times the noise of the {channel}"
 
 
 def _channel(name: str) -> str:

@@ -31,14 +31,14 @@ from .family import family, planned
 from .played import simulated
 
 RECORDS = (
-    *("triangle-slow", "triangle-creep", "steps-small", "steps-large", "steps-position", "sine-1hz"),
-    *("multisine-slow", "multisine-fast", "multisine-small"),
+    *("triangle-slow", "triangle-creep", "steps-small", "steps-large", "steps-position"),
+    *("multisine-fast", "multisine-small"),
 )
 """Of the family: what another one shows, one of these shows about as well."""
 _ASSUMED = 1e-3  # of the largest value: the noise of a channel that neither campaign nor rig file tells
 _UNASKED = ("velocity", "load_pressure")  # which other channels give
-_MORE = 2.0  # times the difference: from there on a further channel is asked for, unless what is known shows at
-_PLAIN = 10.0  # times the noise without it
+_MORE = 2.0  # times the difference: from there on a further channel is asked for, unless what is known shows at all,
+_PLAIN = 10.0  # or is told from others by so many times the noise, without it
 _APART = 1 - decide.ALIKE**2  # of what an effect does: less than that others are taken for
 
 
@@ -121,7 +121,7 @@ def _best(question: Question, found: Sequence[Advice]) -> Advice:
     plain, further = (_clearest([each for each in found if bool(each.added) == added]) for added in (False, True))
     if further is None or plain is None:
         return plain or further or Advice(question.names)
-    enough = question.known and plain.times >= _PLAIN
+    enough = question.known and (len(question.sides) == 1 or plain.times >= _PLAIN)
     more = further.times >= _MORE * plain.times and further.channel == further.added
     return further if further.share >= _MORE * plain.share or (more and not enough) else plain
 
