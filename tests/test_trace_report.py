@@ -59,7 +59,7 @@ def test_a_named_effect_is_told_in_plain_words():
     assert "times the noise" in said
     assert re.search(
         r"To pin the numbers down, record a? ?[a-z]+ of the command .*: jack.friction changes the "
-        r"(pressure pa|pressure pb|position|spool) there by about \d+ times its noise\.$",
+        r"(pressure pa|pressure pb|position|spool) there by about [0-9.]+ times its noise\.$",
         said,
     )
 
@@ -182,7 +182,7 @@ def test_a_number_that_left_its_range_is_a_warning():
     """Unless the rig file has it there, as it has the leakage Cl. What could not give way stands beside it."""
     assert "Careful" not in named().page.verdict
     fit = replace(found().final.fit, at_bounds=("K3", "Cl", "jack.friction.Fc"))
-    said = words.verdict(altered(final=replace(found().final, fit=fit)), None, None)
+    said = words.verdict(altered(final=replace(found().final, fit=fit)), None, None, {})
     assert said.endswith(
         "Careful: K3 went to the end of what the rig file allows. zeta, AA and AB are pinned: without bounds no fit "
         "moves them."
@@ -207,7 +207,7 @@ def test_an_effect_s_number_at_its_end_is_a_warning():
     one, fit = found().effects[0], found().named.fit
     name = one.candidate.effect.fitted[0].name
     pushed = replace(fit, at_bounds=(one.candidate.effect.key(name),))
-    said = words.verdict(altered(named=replace(found().named, fit=pushed)), None, None)
+    said = words.verdict(altered(named=replace(found().named, fit=pushed)), None, None, {})
     assert f"is fitted with {name} at " in said
     assert "the end of its range: the rig may be beyond it." in said
     assert "the end of its range" not in words.verdict(found(), None, None, {})
