@@ -127,7 +127,7 @@ def _best(question: Question, found: Sequence[Advice]) -> Advice:
 
 
 def _clearest(found: Sequence[Advice]) -> Advice | None:
-    """Of what differs about as much in kind as any the one that stands out of the noise most."""
+    """The one that stands out of the noise most, of those that differ about as much in kind as any."""
     most = max((each.share for each in found), default=0.0)
     return max((each for each in found if each.share >= most / _MORE), key=lambda each: each.times, default=None)
 

@@ -21,7 +21,7 @@ Changes = Sequence[np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class WindowProducts:
     """A record's windows as a model sees them that is fitted: inner products [signals, w, c, c] of what its n initial
     states, its k numbers and further changes do to the errors; `hold` [k, k] is what holds its numbers in ranges."""
 
@@ -32,7 +32,7 @@ class Fitted:
     @classmethod
     def of(
         cls, model: Model, windows: Windows, slopes: Changes, free: Sequence[FreeParameter], changes: Sequence[Changes]
-    ) -> "Fitted":
+    ) -> "WindowProducts":
         """With the `changes` [w, rows, signals] of each group and the `slopes` of what is fitted."""
         size, signals = slopes[0].shape[-1] + len(changes), len(windows.names)
         products = np.zeros((signals, windows.count, size, size))
@@ -58,8 +58,8 @@ class Fitted:
 class Differences:
     """Effects in a record: `alone` to the rig alone, `beside` each to one of the others, by the places of both."""
 
-    alone: Fitted
-    beside: dict[tuple[int, int], Fitted]
+    alone: WindowProducts
+    beside: dict[tuple[int, int], WindowProducts]
 
     def seen(self, kept: np.ndarray) -> np.ndarray:
         """The squares [effects, signals] that each leaves to the rig alone."""
@@ -84,14 +84,14 @@ def differences(
     shifted = {each.effect.shifts for _, each in models}
     keep = [place for place, number in enumerate(fit.free) if number.name not in shifted]
     free = tuple(fit.free[place] for place in keep)
-    alone = Fitted.of(base, windows, slopes_of(base, windows, fit.x0, fit.p, free, fit.x[keep]), free, changes)
+    alone = WindowProducts.of(base, windows, slopes_of(base, windows, fit.x0, fit.p, free, fit.x[keep]), free, changes)
     beside = {}
     for second in dict.fromkeys(place for _, place in pairs):
         model, each = models[second]
         slopes, free = _about(base, fit, model, each, windows)
         for first in (one for one, other in pairs if other == second):
             change = [a - b for a, b in zip(changes[first], changes[second], strict=True)]
-            beside[first, second] = Fitted.of(model, windows, slopes, free, [change])
+            beside[first, second] = WindowProducts.of(model, windows, slopes, free, [change])
     return Differences(alone, beside)
 
 
