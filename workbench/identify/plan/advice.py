@@ -27,7 +27,7 @@ from ..trace import rule as decide
 from ..trace.problem import EstimationProblem
 from ..trace.refit import FittedModel
 from .differences import Differences, differences
-from .family import family, planned
+from .family import PlannedRecord, family, planned
 from .played import simulated
 
 RECORDS = (
@@ -94,14 +94,11 @@ def advised(problem: EstimationProblem, model_fit: FittedModel, question: Questi
         return Advice(question.names, unplayed=True)  # nobody knows what else a new record would be driven by
     fit, effects = _without(model_fit, {each.effect.name for _, each in question.members})
     rig = rig_as_fitted(problem.rig, "advice", fit, effects)
-    try:
-        ready, channels = drive(_with_position(rig)), _channels(problem, rig)
-    except InputError:  # it rests nowhere
+    channels = _channels(problem, rig)
+    taken = _taken(rig, channels)
+    if not taken:
         return Advice(question.names, unplayed=True)
-    waves = {name: wave for name in RECORDS if (wave := planned(ready, name, family(ready.rig)[name])) is not None}
-    records = {name: simulated(ready, wave.played, channels) for name, wave in waves.items()}
-    taken = {name: record for name, record in records.items() if record is not None}
-    floor = replace(problem.floor, sigma=_noise(problem, rig, list(taken.values()), channels))
+    floor = replace(problem.floor, sigma=_noise(problem, rig, [record for _, record in taken], channels))
 
     def model(*more: Candidate) -> Model:
         every = (*effects, *(each.effect for each in more))
@@ -109,11 +106,29 @@ def advised(problem: EstimationProblem, model_fit: FittedModel, question: Questi
 
     base, models = model(), [(model(each), each) for _, each in question.members]
     found = []
-    for name, record in taken.items():
+    for wave, record in taken:
         windows = cut_windows(base.plant, [record], floor)
         shown = _options(problem, question, windows, differences(base, fit, models, windows, question.pairs))
-        found += [replace(each, record=name, peak=waves[name].peak) for each in shown]
+        found += [replace(each, record=wave.name, peak=wave.peak) for each in shown]
     return _best(question, found)
+
+
+def _taken(rig: Rig, channels: tuple[str, ...]) -> list[tuple[PlannedRecord, Record]]:
+    """The records that the rig takes, in these channels; none of a rig that no drive holds in its place."""
+    taken = []
+    try:
+        ready = drive(_with_position(rig))
+    except InputError:
+        return []
+    for name in RECORDS:
+        try:
+            wave = planned(ready, name, family(rig)[name])
+        except InputError:  # such as a band beyond what the rig's rate plays
+            continue
+        record = wave and simulated(ready, wave.played, channels)
+        if wave and record:
+            taken.append((wave, record))
+    return taken
 
 
 def _best(question: Question, found: Sequence[Advice]) -> Advice:
