@@ -1,5 +1,6 @@
 """What a trace asks to be recorded next: on the record that simulation chose the effect shows, or the tie is broken."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -10,7 +11,6 @@ import pytest
 
 from tests.made_campaigns import PERIOD, SIGMA, found, made
 from workbench.base.process_pool import one_blas_thread
-from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.trace.next_record import advice_sentence, record_words
 from workbench.engine import Engine
 from workbench.identify.fit.free_parameters import Candidate, at_strength
@@ -165,7 +165,9 @@ def test_between_command_and_flow_the_spool_is_asked_for():
     trace = without_a_name(equation="flow", evidence=(("flow", 1e6), ("drive", 0.99e6), ("force", 1e3)))
     assert set(trace.equations) == BETWEEN
     with one_blas_thread():
-        said = advice(trace, (), no_checkpoint, lambda _: None)
+        said = advice(
+            trace, (), lambda _, compute: json.loads(json.dumps(compute())), lambda _: None
+        )  # as a run folder keeps it
     assert said[EQUATIONS].added == said[EQUATIONS].channel == "spool"
     sentence = advice_sentence(trace, said, "To learn more")
     assert "with the spool recorded too: what acts before the spool moves it there by about" in sentence
@@ -208,6 +210,9 @@ def test_of_a_loop_that_is_closed_the_reference_moves():
     words = "triangles of the {} and back, 3 s each: pilot.hysteresis changes the pressure pa there by about 120 times"
     assert record_words(rig, said).startswith(words.format("command up to 20 %"))
     assert record_words(closed, said).startswith(words.format("reference up to 10 mm"))
+    moved = replace(said, record="steps-position", peak=50.0)
+    assert record_words(rig, moved).startswith("steps of the position up to 50 mm: ")
+    assert record_words(closed, moved).startswith("steps of the reference up to 50 mm: ")
 
 
 def test_the_advice_is_the_same_again():

@@ -70,7 +70,7 @@ def record_words(rig: Rig, advice: Advice, shows: str = "") -> str:
 def wave_words(rig: Rig, design: Design, peak: float) -> str:
     """A record of the plan's family in words; of a loop that somebody else closed its reference is what moves."""
     if design.signal == "reference":
-        moved, size = "the position", f"{peak:.3g} mm"
+        moved, size = "the reference" if rig.inner else "the position", f"{peak:.3g} mm"
     elif rig.inner:
         signal = SIGNALS[rig.inner.reference]
         value = float(from_si(peak * rig.inner.full_command, signal.unit, signal.si))

@@ -29,12 +29,13 @@ def advice(trace: Trace, numbers: Sequence[str], stage: Stage, progress: Progres
 
     def compute(question: Question) -> dict[str, object]:
         progress(f"what to record next for {' and '.join(question.names)}")
-        return asdict(advised(trace.problem, model_fit, question))
+        found = asdict(advised(trace.problem, model_fit, question))
+        return {key: value for key, value in found.items() if key != "names"}  # a stage keeps no tuples
 
     said = {}
     for key, question in questions(trace, numbers).items():
         stored = stage(f"advice {key}", lambda question=question: compute(question))
-        said[key] = Advice(**{**stored, "names": question.names})
+        said[key] = Advice(question.names, **stored)
     return said
 
 
