@@ -1,7 +1,6 @@
 """What a trace asks to be recorded next: on the record that simulation chose the effect shows, or the tie is broken."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -95,7 +94,7 @@ def _as_advised(rig: Rig, truth: Rig, said: Advice, sigma: Mapping[str, float]) 
 @pytest.mark.parametrize(
     ("rig", "name"),
     [
-        *(("festo-tp511", name) for name in ("main.stiction", "pilot.hysteresis", "supply.sag")),
+        *(("festo-tp511", name) for name in ("pilot.hysteresis", "supply.sag")),
         ("jack-10t", "main.stiction"),
     ],
 )
@@ -161,13 +160,18 @@ def without_a_name(**changes):
     return replace(found(), problem=problem, base=fit, named=fit, final=fit, **nothing, **changes)
 
 
+def _stage(_name: str, compute: Callable[[], dict[str, object]]) -> dict[str, object]:
+    """As a run folder keeps it, which takes nothing but numbers and text."""
+    found = compute()
+    assert {type(value) for value in found.values()} <= {str, float, bool}
+    return found
+
+
 def test_between_command_and_flow_the_spool_is_asked_for():
     trace = without_a_name(equation="flow", evidence=(("flow", 1e6), ("drive", 0.99e6), ("force", 1e3)))
     assert set(trace.equations) == BETWEEN
     with one_blas_thread():
-        said = advice(
-            trace, (), lambda _, compute: json.loads(json.dumps(compute())), lambda _: None
-        )  # as a run folder keeps it
+        said = advice(trace, (), _stage, lambda _: None)
     assert said[EQUATIONS].added == said[EQUATIONS].channel == "spool"
     sentence = advice_sentence(trace, said, "To learn more")
     assert "with the spool recorded too: what acts before the spool moves it there by about" in sentence
