@@ -8,7 +8,8 @@ import pytest
 from scipy.stats import binomtest
 
 from experiments.studies import kept
-from experiments.studies.closed_loop.names import _result as said_of
+from experiments.studies.closed_loop.names import _lacking as lacking, _result as said_of
+from experiments.studies.closed_loop.study import drawn_loop
 from experiments.studies.trace.plan import SHARES
 from experiments.studies.trace.score import FINE, HOW, odds, scores
 
@@ -72,7 +73,7 @@ def table_rows(text=SECTION):
 
 def test_the_page_of_closed_loops_says_how_often_intervals_hold():
     rows = kept("closed_loop/loops").rows
-    page = (RESULTS / "press.md").read_text()
+    page = (RESULTS / "hidden_loops.md").read_text()
     loops, held = len({row["loop"] for row in rows}), sum(row["held"] for row in rows)
     assert (
         f"Over {loops} drawn loops with hidden numbers, {held} of {len(rows)} intervals of 95 % hold the truth" in page
@@ -103,6 +104,13 @@ def test_wrong_names_and_seconds_on_rigs_by_datasheet_are_those_of_the_campaigns
     assert f"| refused: {refused} |" in words
 
 
+def times_typical(row):
+    """How many times its typical size the effect has that a hidden loop lacks."""
+    _, true = drawn_loop(row["loop"], 1)
+    effect, numbers = lacking(row["lacks"], row["formula"], row["size"], true)
+    return max(numbers[number.name] / number.typical for number in effect.numbers if number.off is not None)
+
+
 @pytest.mark.parametrize(
     ("lacks", "label"),
     [
@@ -114,11 +122,12 @@ def test_wrong_names_and_seconds_on_rigs_by_datasheet_are_those_of_the_campaigns
 )
 def test_names_on_hidden_loops_are_counted_as_they_were_traced(lacks, label):
     rows = [row for row in kept("closed_loop/names").rows if row["lacks"] == lacks]
-    cells = next(cells for cells in table_rows((RESULTS / "press.md").read_text()) if cells[0] == label)
+    cells = next(cells for cells in table_rows((RESULTS / "hidden_loops.md").read_text()) if cells[0] == label)
     named = sum(row["result"] in ("right", "tied") for row in rows)
     counts = [len(rows), sum(row["shown"] for row in rows), named, sum(row["result"] == "wrong" for row in rows)]
     assert [int(cell or 0) for cell in cells[1:]] == counts
-    assert all(row["shown"] for row in rows if row["result"] in ("right", "tied"))
+    for row in (row for row in rows if row["result"] in ("right", "tied") and not row["shown"]):
+        assert times_typical(row) > 2  # a typical one these records do not show, as the trace said
 
 
 def test_a_wrong_name_beside_the_right_one_is_wrong_where_it_is_not_one_of_both():

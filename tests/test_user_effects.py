@@ -11,7 +11,7 @@ from workbench.base.errors import InputError
 from workbench.engine import Engine
 from workbench.linear import equilibrium
 from workbench.plant import build
-from workbench.plant.effects import find, known_effects, load_effects, resolve
+from workbench.plant.effects import find, known_effects, load_effects, missing, resolve
 from workbench.rigs.rig_file import load_rig, save_rig
 
 DRAG = '''
@@ -133,7 +133,6 @@ BAD = (
     ("x = = 1", "line 1: invalid syntax"),
     ("\nimport nowhere_at_all", "line 2: ModuleNotFoundError: No module named 'nowhere_at_all'"),
     (DRAG.replace('"force",', '"forces",'), 'line 5: my.drag quadratic: no equation "forces"; did you mean "force"?'),
-    (DRAG.replace("    slot=", "    kinds=('pump',),\n    slot="), 'say in elsewhere = "no ..." why'),
     (DRAG.replace("my.drag", "drag"), 'effect name "drag": write it like "my.drag"'),
     (DRAG.replace("body_force", "body_farce"), 'no slot "body_farce"; did you mean "body_force"?'),
     (DRAG.replace("off=0.0", "off=-1.0"), "my.drag quadratic: c: typical and off must lie between low and high"),
@@ -143,6 +142,11 @@ BAD = (
     (DRAG.replace("my.drag", "jack.friction").replace("quadratic", "lugre"), "jack.friction lugre is there already"),
     (f"{DRAG}\ndrag2 = drag", "my.drag quadratic is there already"),
 )
+
+
+def test_an_effect_of_some_kinds_of_valve_alone_need_not_say_why(rig, written):
+    (drag,) = load_effects(written(DRAG.replace("    slot=", "    kinds=('pump',),\n    slot=")))
+    assert missing(drag, rig.valve) == "no formula of it"
 
 
 @pytest.mark.parametrize(("text", "message"), BAD, ids=[message[:30] for _, message in BAD])

@@ -111,8 +111,8 @@ def found_by(folder: Path, searches: Searches, number: int, declared: Rig, decid
 
 
 def sentence(answer: "TraceAnswer") -> str:
-    """What the records say, without the report that would draw it."""
-    return verdict(answer.trace, None, None)
+    """What the records say, without the report that would draw it and simulate what to record next."""
+    return verdict(answer.trace, None, None, {})
 
 
 def campaign_in(

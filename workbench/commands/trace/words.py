@@ -60,7 +60,8 @@ def verdict(
     simulated records say of what to record next."""
     said = {"named": _named, "incomplete": _incomplete, "tied": _tied, "unknown": _unknown}
     text = "".join(map(_second_logger, shifts(trace))) + ("" if trace.finished else UNFINISHED)
-    text += said[trace.verdict](trace, shape, advice) if trace.verdict in said else _none(trace, undetectable or ())
+    words = said[trace.verdict](trace, shape, advice) if trace.verdict in said else _none(trace, undetectable or ())
+    text += words.rstrip()
     wrong = numbers_of(trace)
     text += "".join(f" {each.text}{_beside(trace, each.number.name, advice)}." for each in wrong)
     text += _trusted(trace, len(wrong)) + _learned(trace)
@@ -209,7 +210,7 @@ def _unknown(trace: Trace, shape: UnexplainedDisturbance | None, advice: Said) -
         name, share = shape.explained[0]
         said += f" The missing {shape.name} goes with {name.split(' [')[0]} (R2 {share:.2f})"
         said += f" and repeats at {shape.line:.3g} Hz." if shape.line else "."
-    return f"{said} {advice_sentence(trace, advice, 'To learn more')}".rstrip()
+    return f"{said} {advice_sentence(trace, advice, 'To learn more')}"
 
 
 def _those_tried(trace: Trace) -> str:

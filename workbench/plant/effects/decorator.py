@@ -110,10 +110,6 @@ def check(of: Effect) -> None:
     for slot in of.laws:
         if slot not in SLOTS:
             raise InputError(f'{of.title}: no slot "{slot}"; {nearest(slot, SLOTS)}')
-    if of.kinds and not of.elsewhere:
-        raise InputError(
-            f'{of.title}: say in elsewhere = "no ..." why the kinds of valve besides its own do not have it'
-        )
     names = [entry.name for entry in (*of.numbers, *of.states)]
     for name in names:
         if names.count(name) > 1:

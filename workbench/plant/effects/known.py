@@ -74,7 +74,7 @@ def missing(effect: Effect, kind: str) -> str:
     """Why an effect's formula is not on a kind of valve, to be read after "a ... valve has"; empty where it is."""
     if kind in effect.valves:
         return ""
-    return without(kind, effect.laws) or effect.elsewhere
+    return without(kind, effect.laws) or effect.elsewhere or "no formula of it"
 
 
 def known_effects(files: Iterable[str | Path] = ()) -> tuple[Effect, ...]:
