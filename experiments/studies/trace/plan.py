@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from workbench.base.errors import InputError
-from workbench.plant.effects import acts, applies, known_effects
+from workbench.plant.effects import acts
 from workbench.rigs.rig import Rig
 
 from .campaigns.cause import LIBRARY_CAUSES, OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, Cause, causes_on, number_causes
@@ -53,7 +53,7 @@ def default_plan(count: int, seed: int, rig: str = JACK, kind: str | None = None
     kinds = np.repeat(list(shares), np.diff(parts))
     order = np.random.default_rng([seed, 0])
     described = drawn_rig(f"{rig}-0" if rig == SECOND_ORDER else rig, "")
-    able = dict.fromkeys(effect.name for effect in known_effects() if applies(effect, described) and not effect.alike)
+    able = dict.fromkeys(cause.effect.name for cause in causes_on(described, LIBRARY_CAUSES))
     names = order.permutation(list(able)).tolist()
     return [planned(described, str(kinds[i]), seed, int(i), names) for i in order.permutation(count)]
 

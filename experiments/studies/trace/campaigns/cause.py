@@ -65,8 +65,8 @@ UNNAMED_CAUSES: tuple[Cause, ...] = tuple(_cause(effect) for effect in UNNAMED)
 
 
 def causes_on(rig: Rig, pool: Sequence[Cause]) -> list[Cause]:
-    """Those of a pool that the rig has room for."""
-    return [cause for cause in pool if applies(cause.effect, rig)]
+    """Those of a pool that the rig has room for, and does not describe already by a number of its own."""
+    return [each for each in pool if applies(each.effect, rig) and each.effect.described not in rig.numbers]
 
 
 def number_causes(rig: Rig) -> tuple[Cause, ...]:
