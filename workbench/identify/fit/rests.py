@@ -20,5 +20,5 @@ def growing_pole(model: Model, p: np.ndarray) -> complex | None:
         poles = linearise(plant, equilibrium(plant, p=own), p=own).poles()
     except InputError:
         return None
-    fastest = complex(poles[int(np.argmax(poles.real))])
+    fastest = max(map(complex, poles), key=lambda pole: pole.real)
     return fastest if fastest.real > _SLOW else None

@@ -4,6 +4,7 @@ something explains as well, or for the equations that something is missing in; a
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 from ...base.checkpoint import Progress, Stage
 from ...plant.effects.declared import effects_for
@@ -27,7 +28,7 @@ def advice(trace: Trace, numbers: Sequence[str], stage: Stage, progress: Progres
     records contradict."""
     model_fit = trace.named
 
-    def compute(question: Question) -> dict[str, object]:
+    def compute(question: Question) -> dict[str, Any]:
         progress(f"what to record next for {' and '.join(question.names)}")
         found = asdict(advised(trace.problem, model_fit, question))
         return {key: value for key, value in found.items() if key != "names"}  # a stage keeps no tuples
