@@ -286,7 +286,7 @@ def test_numbers_that_cannot_be_beside_each_other_are_refused(tmp_path, old, new
 
 
 def test_a_healthy_session_whose_first_fit_is_caught_on_its_way_is_not_called_late(tmp_path):
-    """Fitted from the declared numbers its windows leave chi2 of 1,690, and 10 with the pressures 0.3 ms early; from
+    """Fitted from the declared numbers its windows leave chi2 of 1,690, and 10 with three channels 0.3 ms early; from
     where that fit ends, the windows as they are leave as little."""
     healthy = MadeRig(7207, None, sessions=1, noise="coloured")
     write_sessions(healthy, drawn_scene(CampaignPlan(7207, "single", noise="coloured", sharp=0.5)), tmp_path)
@@ -328,7 +328,7 @@ def test_a_shift_that_no_logger_has_is_refused():
     for name, number, said in (
         ("position", {"low": 0.0, "high": 10.0}, "leave out its bounds"),
         ("valve", {}, 'no number "valve"'),
-        ("position", {"value": 2000.0}, "outside"),
+        ("position", {"value": 2000.0}, "2 s is outside -1 to 1 s; check its unit"),
         ("position", {"unit": "mm", "si": "mm"}, "sensor.shift: position: unit"),
     ):
         use = EffectUse(SHIFT, "", {name: replace(rig.effects[-1].numbers["position"], **number)})

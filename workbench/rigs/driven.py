@@ -34,8 +34,8 @@ def driven(campaign: Campaign, rig: Rig) -> Campaign:
     of another function that draws from its pump; with the channels that the rig declares as late put back; as it is for
     a rig with none of these.
 
-    Raises InputError for a shift with bounds, and for a record that lacks what drives the rig or draws from its pump,
-    or goes beyond what that can be.
+    Raises InputError for a shift with bounds, or beyond LATEST, and for a record that lacks what drives the rig or
+    draws from its pump, or goes beyond what that can be.
     """
     late = _declared_shift(rig)
     parts = {role: tuple(_driven(record.earlier(late), rig) for record in getattr(campaign, role)) for role in ROLES}
@@ -43,7 +43,8 @@ def driven(campaign: Campaign, rig: Rig) -> Campaign:
 
 
 def _declared_shift(rig: Rig) -> dict[str, float]:
-    """By how much [s] channels are recorded late, by name. Raises InputError for one that a fit should move."""
+    """By how much [s] channels are recorded late, by name. Raises InputError for one that a fit should move, or that is
+    later than LATEST."""
     late = {}
     for name, number in (pair for use in rig.effects if use.name == SHIFT for pair in use.numbers.items()):
         if number.low is not None:
@@ -54,6 +55,9 @@ def _declared_shift(rig: Rig) -> dict[str, float]:
             late[name] = float(to_si(number.shown, number.unit, "s"))
         except InputError as error:
             raise InputError(f"rig {rig.name}: {SHIFT}: {name}: {error}") from None
+        if abs(late[name]) > LATEST:
+            ends = f"{-LATEST:g} to {LATEST:g} s"
+            raise InputError(f"rig {rig.name}: {SHIFT}: {name} = {late[name]:g} s is outside {ends}; check its unit")
     return late
 
 
