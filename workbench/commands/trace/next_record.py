@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from ...base.signals import SIGNALS
 from ...base.units import from_si
 from ...base.words import listed
-from ...identify.plan.advice import Advice
+from ...identify.plan.advice import ASSUMED, Advice
 from ...identify.plan.family import family
 from ...identify.plan.questions import EQUATIONS
 from ...identify.trace.findings import Trace
@@ -26,7 +26,7 @@ HOW = (
     "the slow position loop of its drive. A difference is what is left once initial states and the rig's own numbers, "
     "in their ranges, have done what they could: its RMS in the channel, over the noise."
 )
-_ASSUMED = "Nothing tells the noise of {}: 0.1 % of its largest value was assumed."
+_ASSUMED = f"Nothing tells the noise of {{}}: {100 * ASSUMED:g} % of its largest value was assumed."
 _MORE = "for the others see what to record next"
 Said = Mapping[str, Advice]
 

@@ -35,7 +35,7 @@ RECORDS = (
     *("multisine-fast", "multisine-small"),
 )
 """Of the family: what another one shows, one of these shows about as well."""
-_ASSUMED = 1e-3  # of the largest value: the noise of a channel that neither campaign nor rig file tells
+ASSUMED = 1e-3  # of the largest value: the noise of a channel that neither campaign nor rig file tells
 _UNASKED = ("velocity", "load_pressure")  # which other channels give
 _MORE = 2.0  # times the difference: from there on a further channel is asked for, unless what is known shows at all,
 _PLAIN = 10.0  # or is told from others by so many times the noise, without it
@@ -212,5 +212,5 @@ def _noise(
         sensor = rig.sensors.get(name)
         own = float(np.hypot(sensor.noise, sensor.resolution / np.sqrt(12))) if sensor else 0.0
         most = max((float(np.abs(record.signals[name]).max()) for record in records), default=0.0)
-        noise[name] = problem.floor.sigma.get(name) or own or _ASSUMED * most or 1.0
+        noise[name] = problem.floor.sigma.get(name) or own or ASSUMED * most or 1.0
     return noise
