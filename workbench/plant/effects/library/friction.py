@@ -54,7 +54,7 @@ _SPOOL = _Rubbing(
     "main_friction",
     "main",
     "spool stick",
-    "slow triangles of the command, and small steps about a held opening, with the spool recorded",
+    "slow triangles of the command, and small steps about a held opening, with current and spool recorded",
     creep=2e-4,
     typical=800.0,
     highest=8e3,
