@@ -174,6 +174,22 @@ def test_a_fit_that_goes_on_from_a_fit_ends_where_one_from_afar_does(rig, model)
     assert np.all(np.abs(again.x - afar.x) < 0.5 * known)
 
 
+def test_a_fit_that_leaves_too_much_is_the_descent_alone(rig, model, monkeypatch):
+    refreshed = []
+    monkeypatch.setattr(solver, "escape_bad_starts", lambda *at: refreshed.append(at) or (at[3], at[3], np.zeros(1)))
+    windows, free, p = windows_of(rig, model, **VALUES), uncertain(rig), model.plant.p
+    at = model, windows, free, np.zeros(len(free)), p, model.starts(windows, p), np.ones(len(windows.names))
+    whole = fit_numbers(*at)
+    asked = len(refreshed)
+    alone = fit_numbers(*at, most=0.5 * whole.squares.sum())
+    assert asked > 0
+    assert len(refreshed) == asked
+    assert np.array_equal(alone.x, whole.x)
+    assert np.array_equal(alone.covariance, whole.covariance)
+    assert np.array_equal(fit_numbers(*at, most=2 * whole.squares.sum()).x, whole.x)
+    assert len(refreshed) == 2 * asked
+
+
 def test_a_number_stays_in_its_range_and_is_said_to_be_at_its_end(rig, model):
     windows = windows_of(rig, model, K3=6.3e-5)
     numbers = {**rig.numbers, "K3": replace(rig.numbers["K3"], low=5e-5, high=6e-5)}

@@ -41,12 +41,12 @@ RIG = load_rig("festo-tp511")
 
 @pytest.mark.parametrize("how", ["raises", "is infinite"])
 def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
-    def spoilt(problem, model_fit, candidate, again=False):
+    def spoilt(problem, model_fit, candidate, *how):
         if candidate.effect.formula != "coulomb":
             if how == "raises":
                 raise np.linalg.LinAlgError("singular matrix")
             return replace(model_fit, known=(candidate,), selection=Selection(np.full(2, np.inf), 2))
-        return refit(problem, model_fit, candidate, again)
+        return refit(problem, model_fit, candidate, *how)
 
     monkeypatch.setattr("workbench.identify.trace.refits.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
@@ -72,8 +72,8 @@ def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows(
 def test_a_formula_with_memory_is_given_up_where_short_windows_lead_to_no_place_near_the_records(monkeypatch):
     fits: list[Fit] = []
 
-    def counted(*args):
-        fits.append(fit_numbers(*args))
+    def counted(*args, **how):
+        fits.append(fit_numbers(*args, **how))
         return fits[-1]
 
     def far(model, windows, p):
@@ -91,7 +91,9 @@ def test_a_formula_with_memory_is_given_up_where_short_windows_lead_to_no_place_
     assert explained(alone.squares, refitted.squares, alone.samples) == 0.0
 
 
-def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypatch):
+@pytest.mark.parametrize(("least", "fits"), [(0.0, 2), (1.01, 1)])
+def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypatch, least, fits):
+    """But one that explains less of what it saw than is asked is of no use."""
     starts: list[np.ndarray] = []
 
     def caught(model, windows, free, start, *others, **how):
@@ -103,7 +105,10 @@ def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypat
         problem = estimation_problem(rubbing_campaign(), RIG)
         alone, coulomb = fit_rig(problem), find("jack.friction", "coulomb")
         monkeypatch.setattr("workbench.identify.trace.refit.fit_numbers", caught)
-        refitted = refit(problem, alone, Candidate(coulomb, {"Fc": 50.0}))
+        refitted = refit(problem, alone, Candidate(coulomb, {"Fc": 50.0}), least=least)
+    assert len(starts) == fits
+    if fits == 1:
+        return
     followed, stayed = (start[: len(alone.fit.x)] for start in starts)
     assert not np.allclose(followed, alone.fit.x)
     assert np.allclose(stayed, alone.fit.x)
@@ -111,7 +116,7 @@ def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypat
 
 
 def test_where_a_formula_with_memory_explains_nothing_the_name_s_others_are_fitted(monkeypatch):
-    monkeypatch.setattr("workbench.identify.trace.refits.refit", lambda problem, alone, candidate, again=False: alone)
+    monkeypatch.setattr("workbench.identify.trace.refits.refit", lambda problem, alone, candidate, *how: alone)
     lugre = find("jack.friction", "lugre")
     library = [lugre, replace(lugre, formula="another")]
     with one_blas_thread():
@@ -210,8 +215,8 @@ def test_an_effect_that_would_be_stronger_than_it_may_be_ends_no_search():
 def left_off(by: float):
     """Refits that are left where the rig's numbers are off, by so much of their ranges, and explain a part."""
 
-    def stuck(problem, alone, candidate, again=False):
-        good = refit(problem, alone, candidate, again)
+    def stuck(problem, alone, candidate, *how):
+        good = refit(problem, alone, candidate, *how)
         x = good.fit.x.copy()
         x[: len(problem.free)] += by
         p = numbers_at(good.model, good.fit.free, x, good.fit.p)

@@ -158,9 +158,9 @@ def test_a_refit_that_overshot_and_took_the_effect_away_begins_anew_where_it_is_
     model, begun = problem.model((FRICTION,)), []
     plain = refitting._fitted
 
-    def overshoots(problem, before, model, candidates):
+    def overshoots(problem, before, model, candidates, *how):
         begun.append(candidates[0].start["Fc"])
-        fit = plain(problem, before, model, candidates)
+        fit = plain(problem, before, model, candidates, *how)
         if len(begun) > 1:
             return fit
         off = model.plant.parameter_values(fit.p, **{"jack.friction.Fc": 0.0})
@@ -178,7 +178,7 @@ def test_an_effect_that_only_harms_where_it_is_faint_is_not_fitted_there(monkeyp
     problem, alone = fitted()
     model, begun, off = problem.model((FRICTION,)), [], {"jack.friction.Fc": 0.0}
 
-    def to_nothing(problem, before, model, candidates):
+    def to_nothing(problem, before, model, candidates, *how):
         begun.append(candidates[0].start["Fc"])
         p = model.plant.parameter_values(extend_parameters(before.model.plant, before.fit.p, model.plant), **off)
         return replace(before.fit, free=(*before.fit.free, *candidates[0].free()), x=np.append(before.fit.x, 0.0), p=p)

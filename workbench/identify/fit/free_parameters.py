@@ -10,7 +10,7 @@ from ...plant import Plant, build
 from ...plant.effects import Effect, EffectNumber, numbers_of
 from ...rigs.rig import Rig
 from .determined import FreeParameter
-from .model import FREE_RUN_TOLERANCE, TOLERANCE, Model
+from .model import COARSE_TOLERANCE, TOLERANCE, Model
 from .session_numbers import SessionNumber
 
 _DECADES = 10.0  # a positive number whose range spans more than this factor is searched by its logarithm
@@ -62,10 +62,11 @@ def model_with(
     names: Sequence[str],
     brief: bool = False,
     sessions: Sequence[SessionNumber] = (),
-    free_run: bool = False,
+    coarse: bool = False,
 ) -> Model:
-    """The model of a rig with effects beyond those that it declares."""
-    tolerance = FREE_RUN_TOLERANCE if free_run else TOLERANCE
+    """The model of a rig with effects beyond those that it declares; `coarse`: for free runs, whose errors are far
+    above its own, and for what is compared with another coarse one."""
+    tolerance = COARSE_TOLERANCE if coarse else TOLERANCE
     return Model(build(rig, effects), names, brief, sessions, tolerance)
 
 

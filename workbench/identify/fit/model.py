@@ -23,7 +23,7 @@ from .session_numbers import SessionNumber, session_windows
 from .windows import WindowGroup, Windows, delayed, first_guess, further_inputs, run_up
 
 TOLERANCE = 1e-6  # of the errors: with 1e-5 a fitted leakage is 1 % off, six times its interval
-FREE_RUN_TOLERANCE = 1e-5  # of the errors of free runs, which are far above that
+COARSE_TOLERANCE = 1e-5  # where errors are far above that: 5 % of sigma, for half the time
 _SLOPES = 1e-4  # of the tangents: with 1e-3 those of dry friction explode
 _STEPPING = Stepping(_SLOPES, 2e-5, 20_000)
 _MOST = 1e30  # a tangent beyond this, or NaN, says nothing

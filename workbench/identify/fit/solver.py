@@ -96,19 +96,21 @@ def fit_numbers(
     kappa: np.ndarray,
     rounds: int = ROUNDS,
     near: bool = False,
+    most: float = np.inf,
 ) -> Fit:
     """Fit the free numbers from distances `start` [k] and initial states `guess` [w, n]; kappa [signals] of the noise.
 
     Every number is held loosely at distance 0. A window may be caught where its first guess led it: once the numbers
     are known, guesses are made anew, and those that lead further are gone on from. `near`: the guess comes of a fit, so
-    that none is far off at first. A start that cannot be simulated comes back as it is, with infinite squares.
+    that none is far off at first. `most`: squared errors above which the descent alone is the fit, for more work would
+    not make it of use. A start that cannot be simulated comes back as it is, with infinite squares.
 
     Static curves begin stiff; they bend as far as it helps to predict the windows, or parts, that are left out.
     """
     values = dict(zip(model.parameters, p.tolist(), strict=True))
     descent = _Descent(model, windows, tuple(free), p, prior_of(free, model.plant.bends, values).at(STIFFEST), near)
-    place, guess = descent.settle(descent.at(np.clip(start, *descent.prior.ends), guess, guess), guess, rounds)
-    if descent.prior.bends:
+    place, guess = descent.settle(descent.at(np.clip(start, *descent.prior.ends), guess, guess), guess, rounds, most)
+    if descent.prior.bends and not place.squares.sum() > most:
         descent, place, guess = _softened(descent, place, guess, rounds)
     return descent.finished(place, guess, kappa)
 
@@ -163,11 +165,13 @@ class _Descent:
         self.prior, self._near = prior, near or windows.from_rest
         self._linear: WeakKeyDictionary[_Place, _Linear] = WeakKeyDictionary()
 
-    def settle(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
-        """The end of a descent from a place, with guesses of initial states made anew where others lead further."""
+    def settle(self, place: _Place, guess: np.ndarray, rounds: int, most: float) -> tuple[_Place, np.ndarray]:
+        """The end of a descent from a place, with guesses of initial states made anew where others lead further, unless
+        it leaves more than the `most`."""
         if self._windows.free_run and not self._windows.from_rest:
             place = self._missed(self._run(self._missed(place, guess), guess, rounds), guess)
-        return self.refreshed(self._run(place, guess, rounds), guess, rounds)
+        place = self._run(place, guess, rounds)
+        return (place, guess) if place.squares.sum() > most else self.refreshed(place, guess, rounds)
 
     def refreshed(self, place: _Place, guess: np.ndarray, rounds: int) -> tuple[_Place, np.ndarray]:
         """The place once guesses that lead further are gone on from."""

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby, pairwise
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -32,6 +33,7 @@ FIRST_ROWS = 50  # which tell the state that a free run starts from
 _STILL = 0.01  # of a record's travel: a jack that moves less in its first rows rests
 _UNSURE = 5e4  # Pa: what a pressure's reading may be off
 _EARLY = 5.5  # periods: over which a measured state's first value is averaged
+_HELD: WeakKeyDictionary[Record, tuple[tuple[float, bool], HeldCommands]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,8 +218,12 @@ def row_blocks(rows: int) -> np.ndarray:
 def delayed(record: Record, delay: float, interpolated: bool = False) -> HeldCommands:
     """What a plant holds in the rows [n] of a record whose commands arrive `delay` s late, and later yet where the
     record says that they act after their rows."""
-    edges = np.append(record.t, record.t[-1] + record.period)
-    return held_commands(edges, record.signals["command"], delay + record.late, interpolated)
+    asked, known = (delay, interpolated), _HELD.get(record)
+    if known is None or known[0] != asked:  # the last answer, which runs at one delay ask for again and again
+        edges = np.append(record.t, record.t[-1] + record.period)
+        held = held_commands(edges, record.signals["command"], delay + record.late, interpolated)
+        known = _HELD[record] = asked, held
+    return known[1]
 
 
 def further_inputs(record: Record) -> dict[str, np.ndarray]:

@@ -63,9 +63,10 @@ class EstimationProblem:
         """What a fit of the rig may move: its uncertain numbers, and what differs in sessions."""
         return (*uncertain(self.rig), *(number.free() for number in self.sessions if number.fitted))
 
-    def model(self, effects: Sequence[Effect] = (), brief: bool = False) -> Model:
-        """The rig with effects beyond those that it declares, in the signals that are compared (see Model)."""
-        return model_with(self.rig, effects, self.train.names, brief, self.sessions, self.train.from_rest)
+    def model(self, effects: Sequence[Effect] = (), brief: bool = False, coarse: bool = False) -> Model:
+        """The rig with effects beyond those that it declares, in the signals that are compared (see Model); of free
+        runs always a `coarse` one (see model_with)."""
+        return model_with(self.rig, effects, self.train.names, brief, self.sessions, coarse or self.train.from_rest)
 
     @property
     def large(self) -> bool:

@@ -139,8 +139,11 @@ def _lost(problem: EstimationProblem, names: Sequence[str]) -> InputError:
     )
 
 
-def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False) -> FittedModel:
-    """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses.
+def refit(
+    problem: EstimationProblem, model_fit: FittedModel, candidate: Candidate, again: bool = False, least: float = 0.0
+) -> FittedModel:
+    """The fit with one more effect, all numbers free; `again`: a second start too, if the first misses; `least`: the
+    share of the misfit below which it is of no use, so that it need not be finished.
 
     A descent that overshot may leave the effect off, from where nothing leads back: then it begins where that is faint,
     unless it only harms there.
@@ -149,7 +152,7 @@ def refit(problem: EstimationProblem, model_fit: FittedModel, candidate: Candida
     if _is_lost(problem, model_fit, model, candidate):
         candidate, fit = _from_elsewhere(problem, model_fit, model, candidate)
         return with_selection(problem, model, fit, (*model_fit.known, candidate))
-    fit = _fitted(problem, model_fit, model, (candidate,))
+    fit = _fitted(problem, model_fit, model, (candidate,), least)
     if again and not fit.chi2 < decide.CLOSED:
         moved, other = _from_elsewhere(problem, model_fit, model, candidate)
         if not fit.ok or other.squares.sum() < fit.squares.sum():
@@ -257,18 +260,28 @@ def run(problem: EstimationProblem, model: Model, windows: Windows, p: np.ndarra
     return free_runs(model, windows, p) if problem.free_run else predicted_states(model, windows, p)
 
 
-def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, candidates: Sequence[Candidate]) -> Fit:
+def _fitted(
+    problem: EstimationProblem,
+    model_fit: FittedModel,
+    model: Model,
+    candidates: Sequence[Candidate],
+    least: float = 0.0,
+) -> Fit:
     """The fit from the strength at which least is left once numbers and initial states follow it.
 
     With an effect with memory by secants; where that leaves a misfit, its tangents go on, if they predict better.
-    Without, a fit that harms what it did not see was caught on the way: it is made again from where nothing follows.
+    Without, a fit that harms what it did not see was caught on the way: it is made again from where nothing follows,
+    unless it explains less than the `least` share of what it did see.
     """
+    had = float(model_fit.fit.squares.sum())
+    most = had - least * max(had - problem.train.samples, 0.0) if least else np.inf
     follower = Follower(model_fit.model, problem.train, model_fit.fit, model, candidates)
     start, _ = follower.best(_WEAKER)
 
     def by_tangents(at: Start | Fit) -> FittedModel:
         start = follower.free, at.x, at.p, at.x0
-        fit = fit_numbers(model, problem.train, *start, problem.kappas, _REFIT_ROUNDS, near=not problem.free_run)
+        near = not problem.free_run
+        fit = fit_numbers(model, problem.train, *start, problem.kappas, _REFIT_ROUNDS, near, most)
         return with_selection(problem, model, fit, ())
 
     if any(candidate.effect.has_memory for candidate in candidates):
@@ -276,6 +289,8 @@ def _fitted(problem: EstimationProblem, model_fit: FittedModel, model: Model, ca
         enough, other = decide.CLOSED * fitted.samples, fitted.fit
     else:
         fitted = by_tangents(start)
+        if fitted.fit.squares.sum() > most:
+            return fitted.fit
         enough, other = model_fit.squares, follower.start(steps=0)
     if fitted.squares < enough:
         return fitted.fit

@@ -282,12 +282,13 @@ class _Refits:
         each takes several times as long."""
         context, number = self._context, self._number
         again = first and not any(effect.has_memory for effect in self._model_fit.effects)
+        least = 0.0 if context.several else decide.VAIN
         items: dict[str, Any] = {}
         for place, (candidate, _) in enumerate(pairs):
             effect = candidate.effect
             context.steps.say(f"fit with {effect.title}")
             name = f"refit-{number}-{effect.name}-{effect.formula}"
-            items[name] = packed_candidate(candidate) | {"again": again and place == 0}
+            items[name] = packed_candidate(candidate) | {"again": again and place == 0, "least": least}
         results = context.workers(_refit, self._model_fit, items, context.stage, lambda _: None)
         context.steps.done(sum(map(_lasts, pairs)))
         return {pair[0].effect.title: self._judged(*pair, result) for pair, result in zip(pairs, results, strict=True)}
@@ -357,4 +358,4 @@ def _refit(
 ) -> dict[str, Any]:
     """The fit with a candidate: see refit.py."""
     candidate = unpacked_candidate(item, library)
-    return packed_refit(lambda: refit(problem, model_fit, candidate, item["again"]))
+    return packed_refit(lambda: refit(problem, model_fit, candidate, item["again"], item["least"]))

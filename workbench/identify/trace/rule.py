@@ -23,6 +23,7 @@ FAR = 4.0  # chi2 that is left, twice the noise: from there on others mimic NAME
 TIED = 0.01  # of the explained share
 NEIGHBOUR = 1.0  # of what a name leaves: a neighbour in its family ties that leaves no more than so much beyond it
 PARTIAL = 0.3  # explained share from which an effect may be one of two
+VAIN = PARTIAL / 2  # explained share of the fitted records below which the fit of an effect is not finished
 PAIR = 0.95  # explained share of two effects of which neither would be named alone: two can mimic a third
 LATER = 0.1  # of the first misfit: a later effect that takes away less may be what the first formula misses
 FORMULA = 0.3  # of the noise's variance: what a right name may leave whose formula is not the rig's own

@@ -139,9 +139,9 @@ def _basis(numbers: np.ndarray) -> np.ndarray:
 def score(
     rig: Rig, known: Sequence[Effect], effect: Effect, base: Model, windows: Windows, fit: Fit, rest: NuisanceProjection
 ) -> Score:
-    """The score of one effect beside those that are `known` already, about a fit of the model `base`."""
+    """The score of one effect beside those that are `known` already, about a fit of the model `base`, a coarse one."""
     brief = not windows.from_rest or bool(known)  # what a further pass compiles no other trace will find compiled
-    model = model_with(rig, (*known, effect), windows.names, brief, base.sessions, windows.from_rest)
+    model = model_with(rig, (*known, effect), windows.names, brief, base.sessions, coarse=True)
     plain = rest.errors
     rest = rest.without(effect.shifts) if effect.shifts else rest
     left = rest(plain)

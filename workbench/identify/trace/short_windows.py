@@ -2,8 +2,8 @@
 
 A loop around a play hunts on it, and a window of a hunting loop is steep: initial states and numbers that are a little
 off end far off, and no descent finds back. Over a quarter of a window it is not steep yet; numbers found there are so
-near that whole windows, each begun where the one before ends, are followed from them. Where most whole windows are left
-worse than without the effect, they are not: a descent of all from there costs most and finds nothing.
+near that whole windows, each begun where the one before ends, are followed from them. Where the short ones, or most
+whole ones, are left worse than without the effect, they are not: a descent from there costs most and finds nothing.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate, at_strength, extend_parameters
 from ..fit.initial_states import predicted_states
 from ..fit.model import Model
-from ..fit.normal_equations import numbers_at
+from ..fit.normal_equations import costs, numbers_at
 from ..fit.solver import Fit, fit_numbers, without_slopes
 from ..fit.windows import Windows
 from .problem import EstimationProblem
@@ -20,7 +20,7 @@ from .problem import EstimationProblem
 _PARTS = 4  # of a window
 _STRENGTHS = (1.0, 0.3, 0.1, 0.03)  # of typical, from which the search starts
 _TELLING = 6  # windows in which the start is sought
-_WORSE = 1.5  # times the squared errors without the effect: of the middle window, from which on nothing is near
+_WORSE = 1.5  # times the squared errors without the effect: from which on, in the middle window, nothing is near
 
 
 def fit_short_windows_first(
@@ -34,7 +34,12 @@ def fit_short_windows_first(
     candidate, p, x0 = _start(model, windows, effect, before)
     more = candidate.free()
     free, start = (*base_fit.free, *more), np.append(x, np.zeros(len(more)))
-    near = fit_numbers(model, windows, free, start, p, x0, problem.kappas, rounds)
+    without = float(predicted_states(base, windows, base_fit.p)[1].sum())
+    near = fit_numbers(model, windows, free, start, p, x0, problem.kappas, rounds, most=_WORSE * without)
+    if not near.squares.sum() < without:
+        x0 = model.starts(problem.train, near.p)
+        squares = costs(model, problem.train, x0, near.p, x0)[1]
+        return candidate, without_slopes(problem.train, free, near.x, near.p, x0, squares)
     x0, squares = predicted_states(model, problem.train, near.p)
     if not np.median(squares / base_fit.squares) < _WORSE:
         return candidate, without_slopes(problem.train, free, near.x, near.p, x0, squares)

@@ -16,7 +16,7 @@ from .score import NuisanceProjection, Score, cosines, packed_trial, score, unpa
 from .stored import packed_candidate, unpacked_candidate
 from .workers import Workers
 
-_TOGETHER = 8  # effects that a worker scores at a time: each time it computes what the numbers could do as well
+_TOGETHER = 20  # effects that a worker scores at a time: each time it computes what the numbers could do as well
 
 _PAIRS = 3
 
@@ -78,10 +78,11 @@ def _score_part(
 ) -> dict[str, Any]:
     """Scores of the effects with a part's titles."""
     windows, fit = worst_windows(problem.train, model_fit.fit)
-    rest = NuisanceProjection(model_fit.model, windows, fit)
+    base = problem.model(model_fit.effects, coarse=True)
+    rest = NuisanceProjection(base, windows, fit)
     rest = rest.without("") if part["rivals"] else rest
     effects = [effect for effect in library if effect.title in part["titles"]]
-    scores = [score(problem.rig, model_fit.effects, effect, model_fit.model, windows, fit, rest) for effect in effects]
+    scores = [score(problem.rig, model_fit.effects, effect, base, windows, fit, rest) for effect in effects]
     return {
         "names": [effect.name for effect in effects],
         "candidates": [packed_candidate(entry.candidate) for entry in scores],
