@@ -76,11 +76,10 @@ def rule_table(trace: Trace) -> Table:
     ]
     if trace.effects:
         before, named, _ = (errors.chi2 for errors in trace.heldout)
-        share, least = trace.heldout[0].explained(trace.heldout[1]), decide.asked(named)
+        share, least = trace.heldout[0].explained(trace.heldout[1]), decide.asked(named, trace.several)
         enough = f"{100 * least:.0f} or more, or the noise floor"
         held = share >= least or named <= last
-        words = ["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0)]
-        rows += [] if trace.several else [[*words, enough, held]]
+        rows.append(["held-out records bear it out", "explained, held-out [%]", 100 * min(share, 1.0), enough, held])
         most = problem.complete(before, heldout, trace.several)
         rows.append(["nothing else is missing", "held-out chi2", named, f"at most {most:.3g}", named <= most])
     return Table("What the rule asked", ["that", "test", "value", "asked", "answer"], rows)

@@ -1,6 +1,7 @@
 """Fits with several effects more, with some less, or with another in the place of one: how far each is needed."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from ..fit.free_parameters import Candidate
 from ..fit.normal_equations import least_step, numbers_at
 from ..fit.prior import prior_of
 from ..fit.solver import fit_numbers
+from . import rule as decide
+from .context import TraceContext
 from .problem import EstimationProblem
 from .refit import FittedModel, with_selection
 
@@ -35,6 +38,17 @@ def refit_in_place(problem: EstimationProblem, model_fit: FittedModel, place: in
     return _fitted_from(problem, known, np.append(x, np.zeros(len(candidate.free()))))
 
 
+def fit_without(context: TraceContext, name: str, model_fit: FittedModel, places: Sequence[int]) -> FittedModel:
+    """The same, kept as a stage of the step `name`."""
+    title = model_fit.effects[places[0]].title
+    if len(places) > 1:
+        title += f" and {len(places) - 1} more"
+    stage = f"{name}-{len(model_fit.known)}-without-{title}"
+    fit = context.fit(stage, partial(refit_without, context.problem, model_fit, places))
+    context.report_progress(f"without {title}: {100 * explained_by_all(fit, model_fit):.1f} % comes back")
+    return fit
+
+
 def predicted_rise(model_fit: FittedModel, places: Sequence[int]) -> float:
     """By how much the squared errors rise without the effects at some places, to second order.
 
@@ -53,6 +67,16 @@ def predicted_rise(model_fit: FittedModel, places: Sequence[int]) -> float:
     ends = prior.low[rest], prior.high[rest]
     move[rest] = least_step(matrix[np.ix_(rest, rest)], matrix[rest] @ move, fit.x[rest], ends)
     return float(move @ matrix @ move)
+
+
+def explained_by_all(before: FittedModel, after: FittedModel) -> float:
+    """The share of the misfit of train and select records together that `after` takes away."""
+    return min(1.0, decide.explained(all_squares(before), all_squares(after), before.fit.samples + before.samples))
+
+
+def all_squares(model_fit: FittedModel) -> float:
+    """Squared errors of train and select records together."""
+    return float(model_fit.fit.squares.sum()) + model_fit.squares
 
 
 def _columns(model_fit: FittedModel) -> list[np.ndarray]:

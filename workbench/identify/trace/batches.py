@@ -8,7 +8,7 @@ second order does without, then one by one. The effects that stay are the answer
 be spared, described numbers before all others.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -19,10 +19,11 @@ from ...base.checkpoint import OutOfTime
 from ...plant.effects import Effect
 from ..fit.free_parameters import Candidate
 from . import rule as decide
-from .batch_refits import predicted_rise, refit_batch, refit_in_place, refit_without
+from .batch_refits import all_squares, explained_by_all, fit_without, predicted_rise, refit_batch, refit_in_place
 from .context import TraceContext
 from .findings import CandidateFit, Pass
-from .refit import FittedModel, refit
+from .in_place import Place, fewest_numbers, number_places
+from .refit import FittedModel
 from .refits import Ranked, judge, shortlist_of
 from .shortlist import Shortlist
 
@@ -33,24 +34,30 @@ _SPARED = 0.02  # of what is left: what takes away less is taken out again betwe
 _WORTH = 0.05  # of what is left: what a batch has to take away for another one to follow, and what an effect at last
 _LEAST = 3  # that are tried without, of those that a fit to second order needs least
 _FIRST = 2  # of these, where only their order is asked for
-_RIVALS = 2  # other candidates that are tried in the place of a described number
 
 
 def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[Pass, ...], bool]:
     """The effects that a rig lacks, in order, each with the fit of all up to it; what was tried, as passes; and whether
     the time sufficed. The order of what was found until the time was over takes as long as it takes."""
-    timed, shortlists, found = context.timed, list[Shortlist](), [base]
-    finished, rivals = False, ()
+    timed, shortlists, found, places = context.timed, list[Shortlist](), [base], dict[str, Place]()
+    finished, numbers = False, ()
     with suppress(OutOfTime):
         for fit in _added(timed, base, shortlists):
             found.append(fit)
         found.append(_thinned(timed, "last", _in_best_formulas(timed, found[-1]), _WORTH))
-        rivals, finished = _rivals(timed, base, found[-1]), True
+        for fit, place in fewest_numbers(timed, base, found[-1], shortlists):
+            found.append(fit)
+            places[place.name] = place
+        if any(place.replaces for place in places.values()):
+            found.append(_thinned(timed, "replaced", found[-1], _WORTH))
+        numbers, finished = number_places(timed, base, found[-1]), True
     last = found[-1]
     if not last.known:
         return (), (), finished
-    passes = _passes(context, base, _path(context, last), shortlists[0])
-    return tuple(each.accepted[0] for each in passes), (*passes, *rivals), finished
+    passes = _passes(context, base, _path(context, last), shortlists[0], places)
+    effects = tuple(each.accepted[0] for each in passes)
+    in_places = (places[fit.judgement.name].as_pass(fit) for fit in effects if fit.tied)
+    return effects, (*passes, *in_places, *numbers), finished
 
 
 def _added(context: TraceContext, model_fit: FittedModel, shortlists: list[Shortlist]) -> Iterator[FittedModel]:
@@ -65,7 +72,7 @@ def _added(context: TraceContext, model_fit: FittedModel, shortlists: list[Short
         context.steps.say(f"fit with {', '.join(each.effect.title for each in batch)}")
         fitted = context.fit(f"batch-{number}", partial(refit_batch, context.problem, model_fit, batch))
         fitted = _thinned(context, f"batch-{number}", fitted, _SPARED)
-        gain = _explained(model_fit, fitted)
+        gain = explained_by_all(model_fit, fitted)
         context.report_progress(f"batch {number}: {100 * gain:.1f} % of what was left")
         if gain < _WORTH:
             break
@@ -89,7 +96,7 @@ def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: fl
     leaves no misfit when it is gone."""
     while model_fit.known:
         for places in _spared(model_fit, share):
-            without = _without(context, name, model_fit, places)
+            without = fit_without(context, name, model_fit, places)
             if _may_go(context, without, model_fit, share, alone=len(places) == 1):
                 break
         else:
@@ -101,8 +108,8 @@ def _thinned(context: TraceContext, name: str, model_fit: FittedModel, share: fl
 def _may_go(context: TraceContext, without: FittedModel, model_fit: FittedModel, share: float, alone: bool) -> bool:
     """Whether the errors rise so little: by a share of the misfit, for several at once of no less than the noise."""
     if alone:
-        return _explained(without, model_fit) < share or not context.is_misfit(without)
-    before, after = _squares(without), _squares(model_fit)
+        return explained_by_all(without, model_fit) < share or not context.is_misfit(without)
+    before, after = all_squares(without), all_squares(model_fit)
     samples = without.fit.samples + without.samples
     return before - after < share * max(before - samples, samples)
 
@@ -117,7 +124,7 @@ def _in_best_formulas(context: TraceContext, model_fit: FittedModel) -> FittedMo
                 swapped = context.fit(
                     f"formula-{other.title}", partial(refit_in_place, context.problem, model_fit, place, candidate)
                 )
-                gain = _explained(model_fit, swapped)
+                gain = explained_by_all(model_fit, swapped)
                 context.report_progress(f"as {other.title}: {100 * gain:.1f} % of what was left")
                 model_fit = swapped if gain > decide.TIED else model_fit
     return model_fit
@@ -130,16 +137,6 @@ def _as_fitted(model_fit: FittedModel, place: int, other: Effect) -> Candidate:
     start = {n.name: values[other.key(n.name)] if n.name in own else n.typical for n in other.numbers}
     within = {n.name: float(np.clip(start[n.name], n.low, n.high)) for n in other.numbers}
     return Candidate(other, within)
-
-
-def _without(context: TraceContext, name: str, model_fit: FittedModel, places: Sequence[int]) -> FittedModel:
-    title = model_fit.effects[places[0]].title
-    if len(places) > 1:
-        title += f" and {len(places) - 1} more"
-    stage = f"{name}-{len(model_fit.known)}-without-{title}"
-    without = context.fit(stage, partial(refit_without, context.problem, model_fit, places))
-    context.report_progress(f"without {title}: {100 * _explained(without, model_fit):.1f} % comes back")
-    return without
 
 
 def _spared(model_fit: FittedModel, share: float) -> Iterator[list[int]]:
@@ -161,16 +158,6 @@ def _least_needed(model_fit: FittedModel) -> list[int]:
     return sorted(range(len(model_fit.known)), key=lambda place: predicted_rise(model_fit, [place]))
 
 
-def _explained(before: FittedModel, after: FittedModel) -> float:
-    """The share of the misfit of train and select records together that `after` takes away."""
-    return min(1.0, decide.explained(_squares(before), _squares(after), before.fit.samples + before.samples))
-
-
-def _squares(model_fit: FittedModel) -> float:
-    """Squared errors of train and select records together."""
-    return float(model_fit.fit.squares.sum()) + model_fit.squares
-
-
 def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, FittedModel]]:
     """The effects of a fit in the order in which they can least be spared, numbers first, each with the fit of all up
     to it."""
@@ -180,42 +167,27 @@ def _path(context: TraceContext, last: FittedModel) -> list[tuple[Candidate, Fit
         effects = [place for place in order if not last.effects[place].shifts]
         if len(last.known) == 1:
             return [(last.known[0], last), *path]
-        tried = [(_without(context, "path", last, [place]), place) for place in (effects or order)[:_FIRST]]
+        tried = [(fit_without(context, "path", last, [place]), place) for place in (effects or order)[:_FIRST]]
         before, place = min(tried, key=lambda pair: pair[0].fit.squares.sum() + pair[0].squares)
         path.insert(0, (last.known[place], last))
         last = before
 
 
 def _passes(
-    context: TraceContext, base: FittedModel, path: Sequence[tuple[Candidate, FittedModel]], first: Shortlist
+    context: TraceContext,
+    base: FittedModel,
+    path: Sequence[tuple[Candidate, FittedModel]],
+    first: Shortlist,
+    places: Mapping[str, Place],
 ) -> tuple[Pass, ...]:
     """A pass for each effect of a path, of which the first one has the shortlist."""
     passes, before = list[Pass](), base
     scores = {candidate.effect.title: share for candidate, share in first.ranked}
     for candidate, fit in path:
         judgement = judge(context, candidate.effect, before, base, fit)
-        added = CandidateFit(candidate, scores.get(candidate.effect.title, 0.0), judgement, fit)
+        name, score = candidate.effect.name, scores.get(candidate.effect.title, 0.0)
+        added = CandidateFit(candidate, score, judgement, fit, tied=places[name].tied if name in places else ())
         passes.append(Pass(before, (), (), np.zeros((0, 0)), (), (added,), (added,)))
         before = fit
     passes[0] = replace(passes[0], scores=first.ranked, compared=first.compared, cosines=first.cosines)
     return tuple(passes)
-
-
-def _rivals(context: TraceContext, base: FittedModel, last: FittedModel) -> tuple[Pass, ...]:
-    """For each described number of a fit a pass of those candidates that may explain as much in its place."""
-    return tuple(
-        _in_its_place(context, base, last, place) for place, effect in enumerate(last.effects) if effect.shifts
-    )
-
-
-def _in_its_place(context: TraceContext, base: FittedModel, last: FittedModel, place: int) -> Pass:
-    number, before = last.known[place], _without(context, "rivals", last, [place])
-    shortlist = shortlist_of(context, f"rivals-{number.effect.name}", before, besides=last.effects)
-    best = {candidate.effect.name: (candidate, share) for candidate, share in reversed(shortlist.ranked)}
-    rivals = sorted(best.values(), key=lambda pair: -pair[1])[:_RIVALS]
-    tried = [CandidateFit(number, 0.0, judge(context, number.effect, before, base, last), last)]
-    for candidate, share in rivals:
-        name = f"rivals-{number.effect.name}-{candidate.effect.title}"
-        fit = context.fit(name, partial(refit, context.problem, before, candidate))
-        tried.append(CandidateFit(candidate, share, judge(context, candidate.effect, before, base, fit), fit))
-    return Pass(before, shortlist.ranked, shortlist.compared, shortlist.cosines, (), tuple(tried), ())

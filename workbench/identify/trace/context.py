@@ -43,6 +43,11 @@ class TraceContext:
         """This context, whose stages raise OutOfTime where the time for a search is over."""
         return replace(self, stage=until(self.stage, self.over))
 
+    @property
+    def by_batches(self) -> bool:
+        """Whether several effects are sought at once, in free runs from rest (see batches.py)."""
+        return self.several and self.problem.train.from_rest
+
     def fit(self, name: str, compute: Callable[[], FittedModel]) -> FittedModel:
         """A fit on the windows of the search, kept as a stage."""
         return unpacked(self.stage(name, lambda: packed(compute())), self.problem, self.library)

@@ -74,13 +74,17 @@ def explained(before: float, after: float, samples: int) -> float:
     return max(0.0, (before - after) / (before - samples))
 
 
-def confirmed(before: float, after: float, samples: int, deviation: float) -> bool:
+def confirmed(before: float, after: float, samples: int, deviation: float, several: bool = False) -> bool:
     """Whether held-out records bear out what was found: with it nothing is missing, or what is `asked` of it goes."""
-    return not misfit(after / samples, deviation) or explained(before, after, samples) >= asked(after / samples)
+    least = asked(after / samples, several)
+    return not misfit(after / samples, deviation) or explained(before, after, samples) >= least
 
 
-def asked(chi2: float) -> float:
-    """The share of the misfit that names have to explain that leave chi2."""
+def asked(chi2: float, several: bool = False) -> float:
+    """The share of the misfit that names have to explain that leave chi2; where a rig is known to lack `several`
+    effects, what one of them has to."""
+    if several:
+        return ONE_OF_SEVERAL
     return PAIR if chi2 > FAR else NAMED
 
 

@@ -70,7 +70,7 @@ class _Search:
             name = f"localise-{len(self._passes)}" if self._passes else "localise"
             place = self._whole.location(name, base, ahead=3)
             self._likely = _likely(place, context.problem)
-            if context.several and context.problem.train.from_rest:
+            if context.by_batches:
                 effects, passes, finished = search_batches(self._whole, base)
                 return SearchResult(base, effects, place, passes, finished)
             effects, better = self._effects(base)

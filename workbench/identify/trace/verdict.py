@@ -37,7 +37,7 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
     refuted_errors: HeldoutErrors | None = None
     nowhere = place is None or not context.is_significant(place)  # as far as the search could see
     shown = not nowhere or context.is_misfit(before)  # else the misfit may be a floor that is too low
-    if effects and not (shown and (context.several or _confirmed(context, before, plain))):
+    if effects and not (shown and _confirmed(context, before, plain)):
         refuted, refuted_errors = effects, plain
         effects, named, plain = (), alone, before
     if nowhere and context.is_misfit(before) and not context.numbers_explain(alone, before):
@@ -52,7 +52,7 @@ def judge_search(context: TraceContext, search: SearchResult, learns: bool = Tru
     final, after, learned = named, plain, ()
     lacks = context.is_misfit(plain) and not by_numbers if effects else verdict == "unknown"
     rattles = any(fit.candidate.effect.rattles for fit in effects)  # what impacts leave is no shape
-    if learns and lacks and not rattles and not (context.several and context.problem.train.from_rest):
+    if learns and lacks and not rattles and not context.by_batches:
         starts = ((effects[-1].refitted, None),) if effects else _nearest(search)
         final, after, learned = _shaped(context, starts, named, plain)
     return Trace(
@@ -86,14 +86,16 @@ def _verdict(
     place: FaultLocation | None,
     by_numbers: bool,
 ) -> str:
-    """`by_numbers`: a misfit that is left is one of numbers alone. Names tie in the place of the last effect: they were
-    tried beside all others; what explained as much as an earlier one did so while the later ones were missing."""
+    """`by_numbers`: a misfit that is left is one of numbers alone. Names tie that were tried beside all others: by
+    batches in any place, else in that of the last effect; what explained as much as an earlier one did so while the
+    later ones were missing."""
     if not effects:
         return "unknown" if place is not None and context.is_significant(place) else "none"
     if not by_numbers and after.chi2 > context.problem.complete(before.chi2, after.samples, context.several):
         return "incomplete"
     added = [fit.candidate.effect.name for fit in effects]
-    return "tied" if set(effects[-1].tied) - set(added) else "named"
+    beside_all = effects if context.by_batches else effects[-1:]
+    return "tied" if {name for fit in beside_all for name in fit.tied} - set(added) else "named"
 
 
 def _without_faint(context: TraceContext, search: SearchResult, before: HeldoutErrors) -> tuple[CandidateFit, ...]:
@@ -120,7 +122,7 @@ def _is_faint(search: SearchResult, effects: tuple[CandidateFit, ...]) -> bool:
 
 def _confirmed(context: TraceContext, before: HeldoutErrors, after: HeldoutErrors) -> bool:
     squares = float(before.squares.sum()), float(after.squares.sum())
-    return decide.confirmed(*squares, after.samples, context.problem.deviation(after.samples))
+    return decide.confirmed(*squares, after.samples, context.problem.deviation(after.samples), context.several)
 
 
 def _nearest(search: SearchResult) -> tuple[tuple[FittedModel, FaultLocation | None], ...]:
