@@ -55,6 +55,14 @@ def test_a_name_that_leaves_twice_the_noise_must_explain_as_much_as_a_pair():
     assert decide.confirmed(500.0, 100.0, 100, 0.0)
 
 
+def test_names_of_several_must_take_from_records_not_seen_what_one_of_two_would():
+    assert decide.confirmed(1000.0, 700.0, 100, 0.0, several=True)  # 33 %, and more may be missing
+    assert not decide.confirmed(1000.0, 700.0, 100, 0.0)
+    assert not decide.confirmed(1000.0, 800.0, 100, 0.0, several=True)
+    assert not decide.confirmed(500.0, 2600.0, 100, 0.0, several=True)
+    assert decide.confirmed(100.0, 104.0, 100, 0.0, several=True)  # nothing is missing there
+
+
 def made_noise(rows: int, rho: float, seed: int) -> Campaign:
     signals = {name: coloured(rows, rho, 10**6 + 2 * seed + k) for k, name in enumerate(("pa", "pb"))}
     still = Record("static", np.arange(rows) * 1e-3, {"command": np.zeros(rows), **signals})

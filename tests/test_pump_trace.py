@@ -1,5 +1,6 @@
 """A wrong number or a missing effect? Synthetic cycles of the pump rig in which one thing alone is not as described."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +15,14 @@ from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.fit.rest_state import rest_state
 from workbench.identify.trace import estimation_problem, trace
 from workbench.identify.trace.batch_refits import predicted_rise, refit_batch, refit_without
+from workbench.identify.trace.context import trace_context
+from workbench.identify.trace.findings import CandidateFit
+from workbench.identify.trace.in_place import fewest_numbers
+from workbench.identify.trace.locate import FaultLocation
 from workbench.identify.trace.refit import fit_rig
+from workbench.identify.trace.refits import judge, shortlist_of
+from workbench.identify.trace.search import SearchResult
+from workbench.identify.trace.verdict import judge_search
 from workbench.plant import build
 from workbench.plant.effects import applies, find, known_effects
 from workbench.records import Campaign, Record
@@ -108,6 +116,50 @@ def test_what_a_fit_needs_is_predicted_by_second_order(described):
     for places in ([0], [1], [0, 1]):
         rise = refit_without(problem, fitted, places).fit.squares.sum() - squares
         assert predicted_rise(fitted, places) == pytest.approx(rise, rel=0.2, abs=4.0), places
+
+
+@pytest.fixture(scope="module")
+def braked(described):
+    """Cycles of a load that a throttle brakes, and fits to them: the rig alone, and with friction whose break-away is 0,
+    which grows with the square of the speed as a throttle does."""
+    numbers = {"d": Number("d", 2e7, "N s^2/m^2", "N s^2/m^2", "")}
+    throttled = replace(described, effects=(EffectUse("load.throttle", "orifice", numbers),))
+    friction = Candidate(find("jack.friction", "stribeck"), {"Fc": 1e4, "Fs": 0.0, "vs": 0.03})
+    with one_blas_thread():
+        records = campaign(build(throttled))
+        base = fit_rig(problem := estimation_problem(records, described))
+        return records, base, refit_batch(problem, base, [friction])
+
+
+@contextmanager
+def searching(records, described):
+    library = [find("jack.friction", "stribeck"), find("load.throttle", "orifice")]
+    problem = estimation_problem(records, described)
+    with one_blas_thread(), trace_context(problem, library, no_checkpoint, lambda _: None, several=True) as context:
+        yield context
+
+
+def test_what_does_as_much_in_the_place_of_an_effect_ties_and_the_fewest_numbers_come_first(described, braked):
+    records, base, rubbing = braked
+    with searching(records, described) as context:
+        assert not context.is_misfit(rubbing)
+        shortlist = shortlist_of(context, 1, base)
+        (fit, place) = next(fewest_numbers(context, base, rubbing, [shortlist]))
+    assert [effect.name for effect in fit.effects] == ["load.throttle"]
+    assert (place.name, place.tied) == ("load.throttle", ("jack.friction",))
+
+
+def test_a_name_that_makes_the_held_out_error_larger_is_withdrawn_though_several_effects_are_missing(described, braked):
+    records, base, rubbing = braked
+    unbraked = replace(records, heldout=(cycle(build(described), "unbraked", 0.35, 10e5, seed=9),))
+    with searching(unbraked, described) as context:
+        judgement = judge(context, rubbing.effects[0], base, base, rubbing)
+        found = CandidateFit(rubbing.known[0], 1.0, judgement, rubbing)
+        place = FaultLocation("force", (("force", 1e4),), {})
+        said = judge_search(context, SearchResult(base, (found,), place, ()), learns=False)
+    assert judgement.passes and judgement.explained > 0.99
+    assert (said.verdict, said.effects, said.refuted) == ("unknown", (), (found,))
+    assert said.chi2[1] == said.chi2[0] < said.refuted_errors.chi2
 
 
 def applicable():

@@ -50,10 +50,11 @@ def candidates_table(trace: Trace) -> Table:
         "select records or on blocks of the train records in turn, beside effects added before. An effect counts if "
         "its gain is no accident, and is named if it explains "
         + (
-            f"{100 * decide.ONE_OF_SEVERAL:.0f} % of what those before left: the rig is known to lack several."
+            f"{100 * decide.ONE_OF_SEVERAL:.0f} % of what those before left (the rig is known to lack several)"
             if trace.several
-            else "80 % or reaches the noise, and the held-out records bear it out; below that, nothing is named."
-        ),
+            else "80 % or reaches the noise"
+        )
+        + ", and the held-out records bear it out; below that, nothing is named.",
     )
 
 

@@ -82,9 +82,9 @@ def confirmed(before: float, after: float, samples: int, deviation: float, sever
 
 def asked(chi2: float, several: bool = False) -> float:
     """The share of the misfit that names have to explain that leave chi2; where a rig is known to lack `several`
-    effects, what one of them has to."""
+    effects and some may not be found, what one of two has to."""
     if several:
-        return ONE_OF_SEVERAL
+        return PARTIAL
     return PAIR if chi2 > FAR else NAMED
 
 
