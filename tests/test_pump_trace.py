@@ -120,8 +120,8 @@ def test_what_a_fit_needs_is_predicted_by_second_order(described):
 
 @pytest.fixture(scope="module")
 def braked(described):
-    """Cycles of a load that a throttle brakes, and fits to them: the rig alone, and with friction whose break-away is 0,
-    which grows with the square of the speed as a throttle does."""
+    """Cycles of a load that a throttle brakes, and fits to them: the rig alone, and with friction whose break-away is
+    0, which grows with the square of the speed as a throttle does."""
     numbers = {"d": Number("d", 2e7, "N s^2/m^2", "N s^2/m^2", "")}
     throttled = replace(described, effects=(EffectUse("load.throttle", "orifice", numbers),))
     friction = Candidate(find("jack.friction", "stribeck"), {"Fc": 1e4, "Fs": 0.0, "vs": 0.03})
@@ -157,8 +157,10 @@ def test_a_name_that_makes_the_held_out_error_larger_is_withdrawn_though_several
         found = CandidateFit(rubbing.known[0], 1.0, judgement, rubbing)
         place = FaultLocation("force", (("force", 1e4),), {})
         said = judge_search(context, SearchResult(base, (found,), place, ()), learns=False)
-    assert judgement.passes and judgement.explained > 0.99
+    assert judgement.passes
+    assert judgement.explained > 0.99
     assert (said.verdict, said.effects, said.refuted) == ("unknown", (), (found,))
+    assert said.refuted_errors is not None
     assert said.chi2[1] == said.chi2[0] < said.refuted_errors.chi2
 
 
