@@ -21,6 +21,7 @@ short_windows       the fit of such an effect that harms wherever it starts
 pairs, joint        two effects at once: by the score test, and refitted together
 several             which of several missing effects comes first
 batches, batch_refits    all of them at once, where records are run through: added by the batch, taken out one by one
+in_place            what would do in the place of one of these
 shape               what an unknown looks like
 reshape, shapes, samples    the rig's own shape, learned: one reshaping, the search, where the campaign was
 findings, stored    the answer, and fits as a run keeps them

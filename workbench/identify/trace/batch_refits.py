@@ -39,7 +39,7 @@ def refit_in_place(problem: EstimationProblem, model_fit: FittedModel, place: in
 
 
 def fit_without(context: TraceContext, name: str, model_fit: FittedModel, places: Sequence[int]) -> FittedModel:
-    """The same, kept as a stage of the step `name`."""
+    """The fit without the effects at some places, kept as a stage of the step `name`."""
     title = model_fit.effects[places[0]].title
     if len(places) > 1:
         title += f" and {len(places) - 1} more"

@@ -22,7 +22,7 @@ from . import rule as decide
 from .batch_refits import all_squares, explained_by_all, fit_without, predicted_rise, refit_batch, refit_in_place
 from .context import TraceContext
 from .findings import CandidateFit, Pass
-from .in_place import Place, fewest_numbers, number_places
+from .in_place import EffectPlace, fewest_numbers, number_places
 from .refit import FittedModel
 from .refits import Ranked, judge, shortlist_of
 from .shortlist import Shortlist
@@ -39,7 +39,7 @@ _FIRST = 2  # of these, where only their order is asked for
 def search_batches(context: TraceContext, base: FittedModel) -> tuple[tuple[CandidateFit, ...], tuple[Pass, ...], bool]:
     """The effects that a rig lacks, in order, each with the fit of all up to it; what was tried, as passes; and whether
     the time sufficed. The order of what was found until the time was over takes as long as it takes."""
-    timed, shortlists, found, places = context.timed, list[Shortlist](), [base], dict[str, Place]()
+    timed, shortlists, found, places = context.timed, list[Shortlist](), [base], dict[str, EffectPlace]()
     finished, numbers = False, ()
     with suppress(OutOfTime):
         for fit in _added(timed, base, shortlists):
@@ -178,7 +178,7 @@ def _passes(
     base: FittedModel,
     path: Sequence[tuple[Candidate, FittedModel]],
     first: Shortlist,
-    places: Mapping[str, Place],
+    places: Mapping[str, EffectPlace],
 ) -> tuple[Pass, ...]:
     """A pass for each effect of a path, of which the first one has the shortlist."""
     passes, before = list[Pass](), base

@@ -25,7 +25,7 @@ _RIVALS = 2  # other candidates that are tried in the place of one
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class EffectPlace:
     """An effect's place in a fit: the name that batches left there, the fit without it, and the candidates that explain
     as much there, the one to name first."""
 
@@ -35,7 +35,7 @@ class Place:
 
     @property
     def name(self) -> str:
-        """Of the effect that is to be named first."""
+        """The name of the effect that comes first."""
         return self.alike[0].candidate.effect.name
 
     @property
@@ -55,7 +55,7 @@ class Place:
 
 def fewest_numbers(
     context: TraceContext, base: FittedModel, last: FittedModel, shortlists: Sequence[Shortlist]
-) -> Iterator[tuple[FittedModel, Place]]:
+) -> Iterator[tuple[FittedModel, EffectPlace]]:
     """The fit with one more of its effects replaced, where another explains as much with fewer numbers, and the place
     of each effect that others went the way of; described numbers stay (see `number_places`)."""
     for effect in last.effects:
@@ -90,7 +90,7 @@ def _cosine(pair: tuple[float, Candidate]) -> float:
 
 def _held_against(
     context: TraceContext, base: FittedModel, last: FittedModel, place: int, likely: Sequence[Candidate]
-) -> Place:
+) -> EffectPlace:
     """An effect and those that are `likely` in its place, by the errors of train and select records together."""
     before = fit_without(context, "alike", last, [place])
     fits = [(last.known[place], last)]
@@ -106,7 +106,9 @@ def _held_against(
         context.report_progress(f"{what}: {100 * each.explained:.1f} %, not {100 * together[0].explained:.1f} %")
     lead = decide.lead_by_noise(misfit - samples, context.problem.kappa, len(context.library))
     order = [together.index(each) for each in decide.named(together, 0.0, lead)]
-    return Place(together[0].name, before, tuple(CandidateFit(fits[k][0], 0.0, judged[k], fits[k][1]) for k in order))
+    return EffectPlace(
+        together[0].name, before, tuple(CandidateFit(fits[k][0], 0.0, judged[k], fits[k][1]) for k in order)
+    )
 
 
 def number_places(context: TraceContext, base: FittedModel, last: FittedModel) -> tuple[Pass, ...]:
