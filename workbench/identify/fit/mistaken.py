@@ -94,7 +94,7 @@ def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:
     trials = _Trials(rehearsal, few, moving, floor, rehearsal.fit(few))
     tried, cures = trials.of((*suspects, *late))
     if not suspects and not cures:
-        _, cures = trials.of(trials.by_rows())
+        _, cures = trials.of(trials.by_rows(), trials.plain)
     if cures:
         best, mistake = _likeliest(cures)
         return replace(mistake, chi2=(trials.plain.chi2, best))
@@ -152,14 +152,17 @@ class _Trials:
         """chi2 of the windows that says that nothing is missing."""
         return 1 + max(_MISFIT, _SURE * self.floor.deviation(self.windows.samples_by_signal))
 
-    def of(self, mistakes: Sequence[Mistake]) -> tuple[list[tuple[Mistake, Tried]], list[tuple[float, Mistake]]]:
-        """Each mistake that was tried, by as much as it fits best, with the fit without it; chi2 of those that cure."""
+    def of(
+        self, mistakes: Sequence[Mistake], start: Tried | None = None
+    ) -> tuple[list[tuple[Mistake, Tried]], list[tuple[float, Mistake]]]:
+        """Each mistake that was tried, by as much as it fits best, with the fit without it; chi2 of those that cure.
+        Fits go on from a fit `start`, or begin with the numbers that the rig declares."""
         tried, cures = list[tuple[Mistake, Tried]](), list[tuple[float, Mistake]]()
         for each in mistakes:
             enough = self._near if each.late else 0.0  # a sign, place or unit that cures is no shift; all are tried
             if any(chi2 < enough and (chi2 < _SAME or not own.late) for chi2, own in cures):
                 break
-            tried.append(self._refined(each))
+            tried.append(self._refined(each, start))
             cures += [(fit.chi2, own) for own, fit in tried[-1:] if self._cures(own, fit)]
         return tried, cures
 
@@ -176,9 +179,9 @@ class _Trials:
         parts = sorted(((order[k:], gap), (order[:k], -gap)), key=lambda part: len(part[0]))
         return [shifted({name: late for name in self.moving if name in part}) for part, late in parts]
 
-    def _refined(self, mistake: Mistake) -> tuple[Mistake, Tried]:
+    def _refined(self, mistake: Mistake, start: Tried | None = None) -> tuple[Mistake, Tried]:
         """A mistake and the fit without it; where signals are shifted, by as much as the fitted rig says."""
-        fit = self.rehearsal.fit(_without(self.windows, mistake))
+        fit = self.rehearsal.fit(_without(self.windows, mistake), start)
         for _ in range(_REFINED if mistake.late and fit.chi2 < np.inf else 0):
             lags = lags_of(self.rehearsal.model, _without(self.windows, mistake), fit.x0, fit.p)
             late = self._later(mistake.late, lags)
@@ -186,7 +189,7 @@ class _Trials:
             if not late or change < _STILL * lags.period:
                 break
             mistake, before = shifted(late, mistake.beside), fit
-            fit = self.rehearsal.fit(_without(self.windows, mistake))
+            fit = self.rehearsal.fit(_without(self.windows, mistake), fit)
             if not fit.chi2 < max(before.chi2 / _FALLS, self._near):  # each time, where the shift is what is wrong
                 break
         return mistake, fit
@@ -216,7 +219,7 @@ class _Trials:
             return False
         if not mistake.late:
             return True
-        if not self.falls(mistake, fit, self.rehearsal.fit(self.windows, fit.p)):
+        if not self.falls(mistake, fit, self.rehearsal.fit(self.windows, fit)):
             return False  # the plain fit was caught on its way, and these numbers do as well without a shift
         if mistake.beside or fit.chi2 >= self._near:
             return fit.chi2 < self._near

@@ -39,8 +39,8 @@ class Rehearsal:
         except InputError:
             return ()
 
-    def fit(self, windows: Windows, start: np.ndarray | None = None) -> Tried:
-        """To some windows, from the declared numbers or from the parameters `start` [k]."""
+    def fit(self, windows: Windows, start: Tried | None = None) -> Tried:
+        """To some windows, from the declared numbers or from another fit to nearly the same."""
         return _fit(self.model, windows, self._free, start)
 
     def with_lines(self, windows: Windows) -> float:
@@ -54,11 +54,11 @@ class Rehearsal:
         return _fit(model, windows, (*self._free, *candidate.free())).chi2
 
 
-def _fit(model: Model, windows: Windows, free: tuple[FreeParameter, ...], start: np.ndarray | None = None) -> Tried:
-    p = model.p if start is None else start
+def _fit(model: Model, windows: Windows, free: tuple[FreeParameter, ...], start: Tried | None = None) -> Tried:
+    p, x0 = (start.p, start.x0) if start else (model.p, model.starts(windows, model.p))
     if free:
         x = np.array([number.normalised(float(p[model.parameters.index(number.name)])) for number in free])
-        fit = fit_numbers(model, windows, free, x, p, model.starts(windows, p), np.ones(len(windows.names)))
+        fit = fit_numbers(model, windows, free, x, p, x0, np.ones(len(windows.names)), near=start is not None)
         x0, p, squares = fit.x0, fit.p, fit.squares
     else:
         x0, squares = predicted_states(model, windows, p)
