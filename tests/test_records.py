@@ -205,6 +205,19 @@ def test_a_jittering_clock_is_kept_as_recorded_and_noted(tmp_path):
     assert "jitters by up to" in record.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("low", "says"),
+    [(-0.1, ()), (-0.9, ("if it is gauge pressure, add its 1.013 bar",)), (-3, ("put its zero right",))],
+)
+def test_a_pressure_below_none_is_noted_with_what_to_do(tmp_path, low, says):
+    lines = [*rows(), f"0.02,0,{low}"]
+    notes = read_record(csv(tmp_path, lines)).notes
+    assert len(notes) == len(says)
+    for note, said in zip(notes, says, strict=True):
+        assert f'a.csv: column "pa [bar]" goes down to {low:g} bar, and pressures are absolute; {said}' in note
+        assert "under [signals.pa]" in note
+
+
 def test_a_few_bad_time_stamps_lose_their_rows_and_many_are_refused(tmp_path):
     lines = rows(400)
     lines[100] = lines[99]

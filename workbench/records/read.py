@@ -79,7 +79,7 @@ def read_record(
         valid[name] = known & _inside(column.clip, filled)
         if known.any() and not valid[name].any():
             raise InputError(f"{path}: {column.cell}: clip leaves no sample, they go {_range(filled)}; widen it")
-        notes += more
+        notes += [*more, *mend.below_vacuum(path, name, column.cell, signals[name])]
     if ignored:
         notes.append(f"{path.name}: {UNUSED}" + ", ".join(ignored))
     record = Record(record_name(path), t, signals, valid, tuple(notes))

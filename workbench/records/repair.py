@@ -14,6 +14,8 @@ JITTER = 0.05  # of the period; less is the rounding of a printed time stamp
 _HOUR = 3600.0  # s
 _ROUNDED = 0.6  # of the step between stamps that repeat: how far they may lie from even times that were rounded
 _NEARLY_ALL = 0.98
+_ABSOLUTE = ("pa", "pb", "line_pa", "line_pb", "supply")  # pressures
+_NOISY = 0.2  # bar: how far a transducer may read below 0
 _OFF_BEAT, _MOST_OFF = 0.25, 0.1  # periods by which an interval is no multiple of one; share of them of an even clock
 
 
@@ -107,6 +109,18 @@ def from_first(
         return keep, []
     return keep & ~early, [
         f'{path.name}: {_rows(rows[: keep.size][early])} left out: no command in column "{cell}" yet'
+    ]
+
+
+def below_vacuum(path: Path, name: str, cell: str, values: np.ndarray) -> list[str]:
+    """The note on an absolute pressure [Pa] below any: gauge pressure, down to 1 atm below 0, or a wrong zero."""
+    low = float(np.min(values)) / 1e5
+    if name not in _ABSOLUTE or low > -_NOISY:
+        return []
+    cure = "if it is gauge pressure, add its 1.013 bar" if low > -1.013 - _NOISY else "put its zero right"
+    return [
+        f'{path.name}: column "{cell}" goes down to {low:.3g} bar, and pressures are absolute; {cure} by an offset '
+        f"under [signals.{name}]"
     ]
 
 
