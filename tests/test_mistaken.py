@@ -11,15 +11,16 @@ from scipy.signal import lfilter
 from experiments.studies.trace.campaigns.draw import CampaignPlan, drawn_scene
 from experiments.studies.watch.made_rig import MadeRig, write_sessions
 from workbench.base.errors import InputError
+from workbench.base.recent import Recent
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.fit.study import fit_campaign
 from workbench.commands.residual.study import run_residual
 from workbench.commands.trace.study import run_trace, trace_campaign
 from workbench.identify.data.scored_floor import scored_floor
 from workbench.identify.data.static import check_static
-from workbench.identify.fit import mistaken
+from workbench.identify.fit import checked_columns, mistaken
+from workbench.identify.fit.checked_columns import MistakenColumns, check_columns
 from workbench.identify.fit.late import Lags
-from workbench.identify.fit.mistaken import check_columns
 from workbench.identify.fit.rehearsal import Rehearsal, Tried
 from workbench.identify.fit.unfelt import unfelt_force
 from workbench.identify.trace import estimation_problem
@@ -53,6 +54,27 @@ def changed(campaign, change):
 
 def test_columns_that_are_what_they_are_called_pass(sample, rig):
     check_columns(sample, rig, scored_floor(sample, rig))
+
+
+def test_what_was_found_of_the_same_records_of_the_same_rig_is_not_sought_again(sample, rig, monkeypatch):
+    """A refusal is said again; any other sample, role, lateness, number of the rig or noise is looked at anew."""
+    sought, wrong = [], mistaken.turned("spool")
+    monkeypatch.setattr(checked_columns, "_FOUND", Recent(1000.0, lambda _: 1.0))
+    monkeypatch.setattr(checked_columns, "mistaken", lambda *asked: sought.append(asked) or wrong)
+    floor, (first, *rest) = scored_floor(sample, rig), sample.train
+    bent = replace(first, signals={**first.signals, "pa": np.append(first.signals["pa"][:-1], 1e7)})
+    renamed = replace(first, signals={("pp" if name == "pb" else name): each for name, each in first.signals.items()})
+    others = [(replace(sample, train=(each, *rest)), rig, floor) for each in (bent, renamed, replace(first, late=1e-4))]
+    others += [
+        (replace(sample, select=(first,), train=tuple(rest)), rig, floor),
+        (sample, rig.with_values(M=rig["M"] + 1), floor),
+        (sample, rig, replace(floor, sigma={**floor.sigma, "pa": 1.0})),
+    ]
+    for count, asked in enumerate([(sample, rig, floor), *others], 1):
+        for _ in range(2):
+            with pytest.raises(MistakenColumns, match="the sign of spool looks wrong"):
+                check_columns(*asked)
+        assert len(sought) == count
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from ...base.units import from_si
 from ...identify.data.noise_floor import NoiseFloor
 from ...identify.data.scored_floor import scored_floor
 from ...identify.data.whiteness import Whiteness, whiteness
-from ...identify.fit.mistaken import check_columns
+from ...identify.fit.checked_columns import check_columns
 from ...identify.fit.predict import Prediction, predict_free, predict_whole, predict_windows
 from ...identify.fit.session_numbers import session_plants
 from ...identify.fit.windows import WINDOW, compared

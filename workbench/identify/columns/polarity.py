@@ -7,7 +7,8 @@ from ...base.errors import InputError
 from ...records import Campaign
 from ...rigs.rig import Rig
 from ..data.scored_floor import scored_floor
-from ..fit.mistaken import Mistake, mistaken
+from ..fit.checked_columns import found_mistake
+from ..fit.mistakes import Mistake
 from ..fit.session_numbers import session_plants
 from ..fit.windows import compared
 from .conversion import PRESSURES
@@ -29,7 +30,7 @@ def held_against(campaign: Campaign, rig: Rig) -> PolarityCheck:
         plants = session_plants(campaign, rig)
         for record in campaign.heldout:
             compared(plants[record.name], record, floor)
-        mistake = mistaken(campaign, rig, floor)
+        mistake = found_mistake(campaign, rig, floor)
     except InputError as error:
         return PolarityCheck(str(error))
     if mistake is not None and mistake.kind in ("shifted", "doubtful"):  # no line of a campaign mends it

@@ -10,6 +10,7 @@ carried_noise       noise of measured inputs, as it comes out of a model
 predict, repeats    what a model predicts of a record, in windows or free
 sessions, session_numbers    groups of records that differ; numbers that are others in declared sessions
 mistaken, mistakes  columns that are not what they are called; what may have happened, and how to undo it
+checked_columns     what every command on a campaign does first: it refuses those
 impossible, followed    what no recording of a rig has; what no closed loop does
 late, unfelt        signals that another logger recorded later; a force that nothing on the rig makes
 rehearsal, rests    a few windows fitted, to see what undoing a mistake brings; whether a found loop comes to rest

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...base.errors import InputError
 from ...plant import build
 from ...records import Campaign
 from ...rigs.rig import Rig
@@ -46,21 +45,6 @@ _REFINED, _STILL = 4, 0.005  # times that a shift is found anew about a fit, or 
 _PRESSURES = {"pa", "pb", "load_pressure"}  # late behind a line they are not mistaken: that is an effect
 _MISFIT, _SURE = 0.05, 4.0  # chi2 above 1, or so many of its deviations, that is a misfit
 _APART = 0.3  # rows between the lags of two loggers about a fit, at least
-
-
-class MistakenColumns(InputError):
-    """Columns that are not what they are called, and the mistake that was found."""
-
-    def __init__(self, where: str, mistake: Mistake) -> None:
-        super().__init__(where)
-        self.mistake = mistake
-
-
-def check_columns(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> None:
-    """Raises MistakenColumns for columns that are not what they are called, naming what they seem to be."""
-    mistake = mistaken(campaign, rig, floor)
-    if mistake is not None:
-        raise MistakenColumns(f"{campaign.path}: {mistake.told(rig.name)}; {mistake.remedy}", mistake)
 
 
 def mistaken(campaign: Campaign, rig: Rig, floor: NoiseFloor) -> Mistake | None:

@@ -22,10 +22,10 @@ from ...records.campaign import FREE_RUN
 from ...rigs.rig import Rig
 from ..data.noise_floor import NoiseFloor
 from ..data.scored_floor import scored_floor
+from ..fit.checked_columns import MistakenColumns, check_columns
 from ..fit.determined import FreeParameter
 from ..fit.free_parameters import model_with, uncertain
 from ..fit.informative import informative
-from ..fit.mistaken import MistakenColumns, check_columns
 from ..fit.model import Model
 from ..fit.session_numbers import SessionNumber, session_numbers
 from ..fit.windows import BLOCKS, WINDOW, Windows, cut_windows
