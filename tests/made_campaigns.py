@@ -12,7 +12,8 @@ from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.trace.study import run_trace
 from workbench.engine import Engine
 from workbench.identify.trace.findings import Trace
-from workbench.identify.trace.problem import estimation_problem
+from workbench.identify.trace.problem import EstimationProblem, estimation_problem
+from workbench.identify.trace.refit import FittedModel, fit_rig
 from workbench.identify.trace.tracer import trace
 from workbench.linear import equilibrium
 from workbench.plant import build
@@ -32,6 +33,12 @@ def rubbing(force: float = 60.0) -> Rig:
     """The small cylinder with Coulomb friction of so many N."""
     number = Number("Fc", force, "N", "N", "made up")
     return replace(load_rig("festo-tp511"), effects=(EffectUse("jack.friction", "coulomb", {"Fc": number}),))
+
+
+def knowing_all_but(rig: Rig, *uncertain: str) -> Rig:
+    """The rig with bounds of these numbers alone, so that a fit moves few."""
+    known = {name: replace(number, low=None, high=None) for name, number in rig.numbers.items()}
+    return replace(rig, numbers={**known, **{name: rig.numbers[name] for name in uncertain}})
 
 
 def made(rig: Rig, name: str, command: np.ndarray, seed: int, sigma: dict[str, float] = SIGMA) -> Record:
@@ -87,6 +94,20 @@ def rubbing_campaign() -> Campaign:
 
 
 @cache
+def problem() -> EstimationProblem:
+    """What a fit of it works on."""
+    with one_blas_thread():
+        return estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
+
+
+@cache
+def alone() -> FittedModel:
+    """The rig fitted to it, without friction."""
+    with one_blas_thread():
+        return fit_rig(problem())
+
+
+@cache
 def named() -> Outcome:
     """What a trace makes of it with friction in the library."""
     return run_trace(rubbing_campaign(), load_rig("festo-tp511"), LIBRARY, no_checkpoint, lambda _: None)
@@ -109,5 +130,4 @@ def none() -> Outcome:
 def found() -> Trace:
     """The trace itself, with friction alone in the library."""
     with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), load_rig("festo-tp511"))
-        return trace(problem, LIBRARY[:1], no_checkpoint, lambda _: None)
+        return trace(problem(), LIBRARY[:1], no_checkpoint, lambda _: None)

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_campaigns import (
+    alone,
     campaign,
+    problem,
     rubbing,
     rubbing_campaign,
 )
@@ -51,7 +53,7 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
     monkeypatch.setattr("workbench.identify.trace.refits.refit", spoilt)
     library = [find("jack.friction", formula) for formula in ("coulomb", "stribeck")]
     with one_blas_thread():
-        left = trace(estimation_problem(rubbing_campaign(), RIG), library, no_checkpoint, lambda _: None)
+        left = trace(problem(), library, no_checkpoint, lambda _: None)
     answer, more = trace_json(left), more_json(left)
     assert [one["formula"] for one in answer["ranking"]] == ["coulomb"]
     assert answer["effects"] == ["jack.friction"]
@@ -62,11 +64,10 @@ def test_a_refit_that_fails_is_named_and_the_others_go_on(monkeypatch, how):
 
 def test_a_formula_with_memory_that_starts_far_off_is_fitted_from_short_windows():
     with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone, lugre = fit_rig(problem), find("jack.friction", "lugre")
+        lugre = find("jack.friction", "lugre")
         far = Candidate(lugre, {number.name: number.high for number in lugre.numbers})
-        refitted = refit(problem, alone, far)
-    assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
+        refitted = refit(problem(), alone(), far)
+    assert explained(alone().squares, refitted.squares, alone().samples) > 0.9
 
 
 def test_a_formula_with_memory_is_given_up_where_short_windows_lead_to_no_place_near_the_records(monkeypatch):
@@ -83,12 +84,11 @@ def test_a_formula_with_memory_is_given_up_where_short_windows_lead_to_no_place_
     monkeypatch.setattr("workbench.identify.trace.short_windows.fit_numbers", counted)
     monkeypatch.setattr("workbench.identify.trace.short_windows.predicted_states", far)
     with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone, lugre = fit_rig(problem), find("jack.friction", "lugre")
-        refitted = refit(problem, alone, Candidate(lugre, {number.name: number.high for number in lugre.numbers}))
+        lugre = find("jack.friction", "lugre")
+        refitted = refit(problem(), alone(), Candidate(lugre, {number.name: number.high for number in lugre.numbers}))
     assert len(fits) == 1
     assert np.array_equal(refitted.fit.x, fits[0].x)
-    assert explained(alone.squares, refitted.squares, alone.samples) == 0.0
+    assert explained(alone().squares, refitted.squares, alone().samples) == 0.0
 
 
 @pytest.mark.parametrize(("least", "fits"), [(0.0, 2), (1.01, 1)])
@@ -102,28 +102,24 @@ def test_a_refit_that_harms_is_made_again_from_where_no_number_follows(monkeypat
         return replace(fit, unseen=1e4 * fit.unseen) if len(starts) == 1 else fit
 
     with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone, coulomb = fit_rig(problem), find("jack.friction", "coulomb")
+        base, coulomb = alone(), find("jack.friction", "coulomb")
         monkeypatch.setattr("workbench.identify.trace.refit.fit_numbers", caught)
-        refitted = refit(problem, alone, Candidate(coulomb, {"Fc": 50.0}), least=least)
+        refitted = refit(problem(), base, Candidate(coulomb, {"Fc": 50.0}), least=least)
     assert len(starts) == fits
     if fits == 1:
         return
-    followed, stayed = (start[: len(alone.fit.x)] for start in starts)
-    assert not np.allclose(followed, alone.fit.x)
-    assert np.allclose(stayed, alone.fit.x)
-    assert explained(alone.squares, refitted.squares, alone.samples) > 0.9
+    followed, stayed = (start[: len(base.fit.x)] for start in starts)
+    assert not np.allclose(followed, base.fit.x)
+    assert np.allclose(stayed, base.fit.x)
+    assert explained(base.squares, refitted.squares, base.samples) > 0.9
 
 
 def test_where_a_formula_with_memory_explains_nothing_the_name_s_others_are_fitted(monkeypatch):
     monkeypatch.setattr("workbench.identify.trace.refits.refit", lambda problem, alone, candidate, *how: alone)
     lugre = find("jack.friction", "lugre")
     library = [lugre, replace(lugre, formula="another")]
-    with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        with trace_context(problem, library, no_checkpoint, lambda _: None, several=False) as context:
-            tried = run_pass(context, 1, alone, alone).tried
+    with one_blas_thread(), trace_context(problem(), library, no_checkpoint, lambda _: None, several=False) as context:
+        tried = run_pass(context, 1, alone(), alone()).tried
     assert {fit.candidate.effect.formula for fit in tried} == {"lugre", "another"}
 
 
@@ -133,15 +129,15 @@ def test_where_no_score_explains_anything_more_names_are_fitted_those_with_memor
     plain = [Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(5)]
     ranked = [(candidate, 0.03 - 0.001 * k) for k, candidate in enumerate([Candidate(lugre, {}), *plain])]
     sure = [(candidate, 10 * share) for candidate, share in ranked]
-    with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        with trace_context(problem, [spring, lugre], no_checkpoint, lambda _: None, several=False) as context:
-            refits = _Refits(context, 1, alone, alone, NAMED)
-            lost, told = ([pair[0].effect.name for pair in refits._planned(each, {})] for each in (ranked, sure))
-            explains = Judgement("plain.2", "linear", 1.0, 1.0, 1, "", "")
-            tried = {plain[2].effect.title: CandidateFit(plain[2], 0.028, explains, alone)}
-            then = [pair[0].effect.name for pair in refits._planned(ranked, tried)]
+    with (
+        one_blas_thread(),
+        trace_context(problem(), [spring, lugre], no_checkpoint, lambda _: None, several=False) as context,
+    ):
+        refits = _Refits(context, 1, alone(), alone(), NAMED)
+        lost, told = ([pair[0].effect.name for pair in refits._planned(each, {})] for each in (ranked, sure))
+        explains = Judgement("plain.2", "linear", 1.0, 1.0, 1, "", "")
+        tried = {plain[2].effect.title: CandidateFit(plain[2], 0.028, explains, alone())}
+        then = [pair[0].effect.name for pair in refits._planned(ranked, tried)]
     assert lost == [*(f"plain.{k}" for k in range(5)), "jack.friction"]
     assert told == ["jack.friction", "plain.0", "plain.1", "plain.2"]
     assert then == [f"plain.{k}" for k in range(5)]
@@ -151,23 +147,23 @@ def test_where_the_shortlist_explains_nothing_every_effect_in_the_equations_in_q
     spring, lugre = find("load.spring", "linear"), find("jack.friction", "lugre")
     plain = [Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(8)]
     ranked = [(candidate, 0.3 - 0.01 * k) for k, candidate in enumerate(plain)]
-    with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        with trace_context(problem, [spring, lugre], no_checkpoint, lambda _: None, several=False) as context:
+    with (
+        one_blas_thread(),
+        trace_context(problem(), [spring, lugre], no_checkpoint, lambda _: None, several=False) as context,
+    ):
 
-            def names(equations, explained):
-                refits = _Refits(context, 1, alone, alone, NAMED, equations)
-                tried = {
-                    pair[0].effect.title: CandidateFit(
-                        *pair, Judgement(pair[0].effect.name, "linear", explained, 1.5, 1, "", ""), alone
-                    )
-                    for pair in ranked[:4]
-                }
-                return [pair[0].effect.name for pair in refits._planned(ranked, tried)]
+        def names(equations, explained):
+            refits = _Refits(context, 1, alone(), alone(), NAMED, equations)
+            tried = {
+                pair[0].effect.title: CandidateFit(
+                    *pair, Judgement(pair[0].effect.name, "linear", explained, 1.5, 1, "", ""), alone()
+                )
+                for pair in ranked[:4]
+            }
+            return [pair[0].effect.name for pair in refits._planned(ranked, tried)]
 
-            assert names((), 0.1) == names(("flow",), 0.1) == names(("force",), 0.9)
-            assert names(("force",), 0.1) == [f"plain.{k}" for k in range(8)]
+        assert names((), 0.1) == names(("flow",), 0.1) == names(("force",), 0.9)
+        assert names(("force",), 0.1) == [f"plain.{k}" for k in range(8)]
 
 
 @pytest.mark.parametrize(("inner", "fits"), [(None, 4), (InnerLoop("position", 0.05), 8)])
@@ -177,39 +173,36 @@ def test_in_a_loop_of_somebody_else_a_name_that_leaves_a_misfit_ends_no_search(i
     plain = [Candidate(replace(spring, name=f"plain.{k}"), {}) for k in range(8)]
     ranked = [(candidate, 0.3 - 0.01 * k) for k, candidate in enumerate(plain)]
     with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        told = replace(problem, rig=replace(RIG, inner=inner))
+        told = replace(problem(), rig=replace(RIG, inner=inner))
         with trace_context(told, [spring], no_checkpoint, lambda _: None, several=False) as context:
             tried = {
-                each.effect.title: CandidateFit(each, 0.3, Judgement(each.effect.name, "", 0.9, 1.5, 1, "", ""), alone)
+                each.effect.title: CandidateFit(
+                    each, 0.3, Judgement(each.effect.name, "", 0.9, 1.5, 1, "", ""), alone()
+                )
                 for each in plain[:4]
             }
-            planned = _Refits(context, 1, alone, alone, NAMED, ("force",))._planned(ranked, tried)
+            planned = _Refits(context, 1, alone(), alone(), NAMED, ("force",))._planned(ranked, tried)
     assert len(planned) == fits
 
 
 def test_an_effect_that_would_be_stronger_than_it_may_be_ends_no_search():
     """Friction of 60 N is what is missing: within 45 N it explains nearly all, and leaves a misfit."""
     friction, spring = find("jack.friction", "coulomb"), find("load.spring", "linear")
-    with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        with trace_context(problem, [spring], no_checkpoint, lambda _: None, several=False) as context:
+    with one_blas_thread(), trace_context(problem(), [spring], no_checkpoint, lambda _: None, several=False) as context:
 
-            def then(high):
-                effect = replace(friction, numbers=(replace(friction.numbers[0], high=high), *friction.numbers[1:]))
-                candidate = Candidate(effect, at_strength(effect, 0.5))
-                found = refit(problem, alone, candidate)
-                judgement = judge(context, effect, alone, alone, found)
-                assert judgement.explained > NAMED
-                tried = {effect.title: CandidateFit(candidate, 0.9, judgement, found)}
-                ranked = [(candidate, 0.9), (Candidate(spring, {}), 0.01)]
-                refits = _Refits(context, 1, alone, alone, NAMED, ("force",))
-                return [pair[0].effect.name for pair in refits._planned(ranked, tried)]
+        def then(high):
+            effect = replace(friction, numbers=(replace(friction.numbers[0], high=high), *friction.numbers[1:]))
+            candidate = Candidate(effect, at_strength(effect, 0.5))
+            found = refit(problem(), alone(), candidate)
+            judgement = judge(context, effect, alone(), alone(), found)
+            assert judgement.explained > NAMED
+            tried = {effect.title: CandidateFit(candidate, 0.9, judgement, found)}
+            ranked = [(candidate, 0.9), (Candidate(spring, {}), 0.01)]
+            refits = _Refits(context, 1, alone(), alone(), NAMED, ("force",))
+            return [pair[0].effect.name for pair in refits._planned(ranked, tried)]
 
-            assert then(45.0) == ["jack.friction", "load.spring"]
-            assert then(400.0) == ["jack.friction"]
+        assert then(45.0) == ["jack.friction", "load.spring"]
+        assert then(400.0) == ["jack.friction"]
 
 
 def left_off(by: float):
@@ -230,11 +223,8 @@ def left_off(by: float):
 def test_numbers_that_have_taken_an_effect_are_let_go_before_nothing_is_named(monkeypatch):
     monkeypatch.setattr("workbench.identify.trace.refits.refit", left_off(0.02))
     library = [find("jack.friction", "coulomb")]
-    with one_blas_thread():
-        problem = estimation_problem(rubbing_campaign(), RIG)
-        alone = fit_rig(problem)
-        with trace_context(problem, library, no_checkpoint, lambda _: None, several=False) as context:
-            short, whole = (run_pass(context, 1, alone, alone, equations=each) for each in ((), ("force",)))
+    with one_blas_thread(), trace_context(problem(), library, no_checkpoint, lambda _: None, several=False) as context:
+        short, whole = (run_pass(context, 1, alone(), alone(), equations=each) for each in ((), ("force",)))
     assert 0.3 < short.tried[0].judgement.explained < NAMED
     assert not short.accepted
     assert [fit.candidate.effect.name for fit in whole.accepted] == ["jack.friction"]
@@ -244,7 +234,7 @@ def test_numbers_that_have_taken_a_part_of_the_first_effect_are_let_go_before_a_
     monkeypatch.setattr("workbench.identify.trace.refits.refit", left_off(0.007))
     library = [find("jack.friction", "coulomb"), find("load.spring", "linear"), find("sensor.lag", "first order")]
     with one_blas_thread():
-        found = trace(estimation_problem(rubbing_campaign(), RIG), library, no_checkpoint, lambda _: None)
+        found = trace(problem(), library, no_checkpoint, lambda _: None)
     (first,) = found.passes[0].accepted
     assert first.judgement.explained > NAMED
     assert first.refitted.chi2 > 1.2
