@@ -35,12 +35,6 @@ def rubbing(force: float = 60.0) -> Rig:
     return replace(load_rig("festo-tp511"), effects=(EffectUse("jack.friction", "coulomb", {"Fc": number}),))
 
 
-def knowing_all_but(rig: Rig, *uncertain: str) -> Rig:
-    """The rig with bounds of these numbers alone, so that a fit moves few."""
-    known = {name: replace(number, low=None, high=None) for name, number in rig.numbers.items()}
-    return replace(rig, numbers={**known, **{name: rig.numbers[name] for name in uncertain}})
-
-
 def made(rig: Rig, name: str, command: np.ndarray, seed: int, sigma: dict[str, float] = SIGMA) -> Record:
     """What the rig would record of a command [n], from rest."""
     plant = build(rig)

@@ -32,6 +32,7 @@ from workbench.rigs.inner_loop import InnerLoop
 from workbench.rigs.rig import Rig
 from workbench.rigs.rig_file import load_rig
 
+pytestmark = pytest.mark.usefixtures("right_columns")
 WITHOUT_SPOOL = {name: sigma for name, sigma in SIGMA.items() if name != "spool"}
 CHANNELS = {"festo-tp511": WITHOUT_SPOOL, "jack-10t": SIGMA}
 PLAY, LUGRE = (find(*key) for key in (("pilot.hysteresis", "magnet play"), ("main.stiction", "relative lugre")))

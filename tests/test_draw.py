@@ -310,6 +310,7 @@ def location(folder, rig, *without):
     return problem, locate_fault(problem, fit_rig(problem))
 
 
+@pytest.mark.usefixtures("right_columns")
 @pytest.mark.parametrize(
     ("effect", "before"), [(("pilot.hysteresis", "magnet dahl squared"), True), (("main.deadband", "cubic"), False)]
 )

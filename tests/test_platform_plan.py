@@ -10,6 +10,7 @@ from workbench.base.process_pool import one_blas_thread
 from workbench.cli import main
 from workbench.commands.common.outcome import no_checkpoint
 from workbench.commands.common.platform_motion import file_motion
+from workbench.commands.plan import platform, study
 from workbench.commands.plan.fitted import fitted_campaign, told
 from workbench.commands.plan.page import _label
 from workbench.commands.plan.platform import run_platform_plan
@@ -58,10 +59,17 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def plan(folder):
+def plan(folder, right_columns):
+    """By what all legs tell, for the pairs of two of them."""
     whole = whole_campaigns(folder)
     legs = cut_legs(PLATFORM, whole)
-    return run_platform_plan(PLATFORM, whole, legs, no_checkpoint, lambda _: None, (LATE, INTEGRAL), DESIGNS)
+
+    def for_two(parts, *others):
+        return study.planned_next({name: parts[name] for name in ("leg2.", "leg4.")}, *others)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(platform, "planned_next", for_two)
+        return run_platform_plan(PLATFORM, whole, legs, no_checkpoint, lambda _: None, (LATE, INTEGRAL), DESIGNS)
 
 
 def test_effects_that_look_alike_in_a_leg_are_split_by_the_motion_that_is_planned(plan):

@@ -28,6 +28,8 @@ from workbench.rigs.number import Number
 from workbench.rigs.rig import EffectUse
 from workbench.rigs.rig_file import load_rig
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
 
 def directions(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors [count, 30] with something in common, and an error [30]."""
