@@ -116,7 +116,7 @@ def test_an_effect_shows_on_the_record_that_is_advised(rig, name):
     assert said.times / 3 < rms < 3 * said.times
 
 
-def _triangles(rig: Rig, seconds: float = 3.0) -> Campaign:
+def _triangles(rig: Rig, seconds: float = 2.0) -> Campaign:
     """Slow triangles alone, which a spool that sticks and a magnet with play answer alike."""
     t = np.arange(round(seconds / PERIOD)) * PERIOD
     wave = 0.1 * (2 / np.pi) * np.arcsin(np.sin(np.pi * t))

@@ -22,6 +22,9 @@ TRUE = (
 )
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 def declared(effect, formula, values, factors):
     """The training cylinder with this effect, its numbers off by a factor each."""
     specs = {n.name: n for n in find(effect, formula).numbers}

@@ -20,6 +20,8 @@ from workbench.plant.effects.natural import variable
 from workbench.report import Figure, Section, Table
 from workbench.rigs.rig_file import load_rig
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
 
 @cache
 def section() -> Section:

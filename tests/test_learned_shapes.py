@@ -27,6 +27,9 @@ from workbench.rigs.rig_file import load_rig
 RIG = load_rig("festo-tp511")
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 @cache
 def harder_out():
     """A campaign of the cylinder that rubs the more the farther out it is: 60 N at mid stroke."""

@@ -148,7 +148,7 @@ def test_the_slope_to_a_delay_is_that_of_the_simulation(share, monkeypatch):
 def test_the_intervals_of_fitted_delays_cover_the_truth():
     """95 % intervals of delays between 0 and 2.5 periods: as many hold the truth as in all but one of 200 such tests.
     The errors over their stated deviations have deviation 1 and no mean, within three times what so many tell."""
-    count = int(os.environ.get("FUZZ_DELAYS", "30"))
+    count = int(os.environ.get("FUZZ_DELAYS", "16"))
     fewest = int(binom.ppf(1 / 200, count, 0.95))
     random, inside, errors = np.random.default_rng(4), 0, []
     free = Candidate(DELAY, {DELAY.delay: PERIOD}).free()

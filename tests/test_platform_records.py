@@ -197,6 +197,7 @@ def test_without_a_pressure_no_leg_is_cut(folder, tmp_path):
         cut_legs(PLATFORM, whole_campaigns(tmp_path))
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_the_leg_that_differs_has_the_largest_residual(folder):
     """The declared platform beside records of one with another leg 4: that leg is told, the others stay near 1."""
     made = PLATFORM.legs[3].rig.with_values(Cl=6e-12)

@@ -26,6 +26,9 @@ SIGMA = {"pa": 5e3, "pb": 5e3, "position": 5e-6, "spool": 2e-6, "acceleration": 
 TRUE = {"mu": 0.7, "gap": 4e-4, "f": 90.0, "zeta": 0.3}
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 def recorded(side: str, name: str, command: np.ndarray, seed: int) -> Record:
     """What the cylinder records of a command [n], simulated so well that the moments of impacts are right."""
     effect = find("load.backlash", side)

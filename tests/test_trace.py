@@ -184,6 +184,7 @@ def test_a_slice_of_a_practice_campaign_is_traced():
 # --- which records may say what
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_what_is_found_does_not_depend_on_the_held_out_records():
     """They are looked at when all is decided: other ones leave every fit and every choice as it is."""
     of = rubbing_campaign()
@@ -195,6 +196,7 @@ def test_what_is_found_does_not_depend_on_the_held_out_records():
     assert left.chi2[0] != found().chi2[0]
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_name_that_held_out_records_do_not_bear_out_is_not_given():
     """They come from a rig without friction: with it they are further off, whatever the train records say."""
     of = rubbing_campaign()
@@ -205,6 +207,7 @@ def test_a_name_that_held_out_records_do_not_bear_out_is_not_given():
     assert outcome.metrics["chi2"]["after"] == outcome.metrics["chi2"]["before"]
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_records_under_select_choose():
     """Selected by records without friction, friction is not even a candidate."""
     of = rubbing_campaign()

@@ -27,6 +27,9 @@ F = np.geomspace(10.0, 150.0, 12)
 RIVALS = (find("drive.lag", "amplifier"), find("drive.delay", "shift"), find("main.deadband", "linear"))
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 @cache
 def rig():
     return load_rig("jack-10t-rounded")

@@ -31,6 +31,9 @@ RIG = load_rig("festo-tp511")
 FRICTION = find("jack.friction", "coulomb")
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 @cache
 def fitted() -> tuple[EstimationProblem, FittedModel]:
     """A cylinder that rubs with 60 N, and the fit of one that does not."""

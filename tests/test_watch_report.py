@@ -104,6 +104,7 @@ def test_an_alarm_is_told_named_dated_and_shown_and_cron_hears_of_it(months, tmp
 
 
 def test_two_wears_at_once_are_two_alarms_each_since_its_own_day(months, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("workbench.commands.watch.retuning.retuned", lambda *_: None)  # half a minute's search
     monkeypatch.setattr(SessionReader, "explained", of_two)
     out = tmp_path / "out"
     assert main(["watch", str(months), "--out", str(out), "--controller", "p-dp"]) == 0
