@@ -56,11 +56,12 @@ def commands(seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return steps, triangle, np.asarray(sines)
 
 
-def campaign(rig: Rig, seconds: float = 2.0, sigma: dict[str, float] = SIGMA) -> Campaign:
-    """Rest, steps, a triangle and, held out, sines."""
+def campaign(rig: Rig, seconds: float = 2.0, sigma: dict[str, float] = SIGMA, fitted: float | None = None) -> Campaign:
+    """Rest, steps, a triangle and, held out, sines; those that are fitted may be of `fitted` seconds instead."""
+    played = (*commands(fitted or seconds)[:2], commands(seconds)[2])
     steps, triangle, sines = (
         made(rig, name, command, seed, sigma)
-        for seed, (name, command) in enumerate(zip(("steps", "triangle", "sines"), commands(seconds), strict=True), 1)
+        for seed, (name, command) in enumerate(zip(("steps", "triangle", "sines"), played, strict=True), 1)
     )
     still = made(rig, "still", np.zeros(round(1.0 / PERIOD)), 4, sigma)
     return Campaign(Path("made"), "festo-tp511", (still,), (steps, triangle), (sines,))

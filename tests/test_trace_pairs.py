@@ -110,7 +110,7 @@ def lacking(*uses: tuple[str, float]) -> EstimationProblem:
     }
     rig = load_rig("festo-tp511")
     truth = replace(rig, effects=tuple(effects[name](**{name: value}) for name, value in uses))
-    return estimation_problem(campaign(truth), rig)
+    return estimation_problem(campaign(truth, fitted=1.2), rig)
 
 
 def searching(problem: EstimationProblem, library: Sequence[Effect] = EFFECTS) -> AbstractContextManager[TraceContext]:
