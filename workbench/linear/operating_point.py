@@ -155,12 +155,16 @@ class Balance:
     ) -> None:
         import casadi as ca  # 0.5 s, which reading an experiment need not wait for
 
+        from ..engine.buffered import BufferedFunction
+
         self.plant, self.base, self.columns, self.balanced, self._p = plant, base, columns, balanced, p
         x, v = ca.SX.sym("x", plant.n), ca.SX.sym("u", len(plant.inputs))
         rates = plant.f(x, v, ca.DM(p))
         slopes = ca.horzcat(ca.jacobian(rates, x), ca.jacobian(rates, v))
-        self._rates = ca.Function("rates", [x, v], [rates])
-        self._slopes = ca.Function("slopes", [x, v], [slopes])
+        self._rates, self._slopes = (
+            BufferedFunction(ca.Function(name, [x, v], [ca.densify(each)]))
+            for name, each in (("rates", rates), ("slopes", slopes))
+        )
         self.scale = np.append(plant.scale, [i.scale for i in plant.inputs])[columns]
         rows, away = (
             np.abs(self._jacobian_si(z) * self.scale).max(axis=1) for z in (np.zeros(len(columns)), self._apart())
@@ -175,7 +179,10 @@ class Balance:
 
     def residual(self, z: np.ndarray) -> np.ndarray:
         """Rates that must vanish, each over the largest slope of its own equation."""
-        return np.array(self._rates(*self.unpack(z))).ravel()[self.balanced] / self.rows
+        return self._rates_si(z) / self.rows
+
+    def _rates_si(self, z: np.ndarray) -> np.ndarray:
+        return self._rates(*self.unpack(z))[self.balanced]
 
     def _apart(self) -> np.ndarray:
         """Scaled unknowns that all differ: no play is inside its gap there."""
@@ -187,7 +194,8 @@ class Balance:
         return lambda z: self._jacobian_si(z) * self.scale / self.rows[:, None]
 
     def _jacobian_si(self, z: np.ndarray) -> np.ndarray:
-        return np.array(self._slopes(*self.unpack(z)))[np.ix_(self.balanced, self.columns)]
+        slopes = self._slopes(*self.unpack(z)).reshape((self.plant.n, -1), order="F")
+        return slopes[np.ix_(self.balanced, self.columns)]
 
     def starts(self) -> list[np.ndarray]:
         """The points that searches start at: an open command on and beside null, around which the lap makes its slope
@@ -230,7 +238,7 @@ class Balance:
         from scipy.integrate import solve_ivp
 
         def rates(_: float, z: np.ndarray) -> np.ndarray:
-            return np.array(self._rates(*self.unpack(z))).ravel()[self.balanced] / self.scale
+            return self._rates_si(z) / self.scale
 
         def slopes(_: float, z: np.ndarray) -> np.ndarray:
             return self._jacobian_si(z) * self.scale / self.scale[:, None]
@@ -263,7 +271,7 @@ class Balance:
         sizes = np.where(np.array(self.columns) == n, -self.plant.scale[self.balanced[v]], self.scale)
         z, step, own = start, _FIRST_STEP, np.eye(len(rows))
         while step < _LAST_STEP:
-            motion = np.array(self._rates(*self.unpack(z))).ravel()[self.balanced][rows] / sizes
+            motion = self._rates_si(z)[rows] / sizes
             slopes = self._jacobian_si(z)[rows] * self.scale / sizes[:, None]
             z = z + np.linalg.solve(own / step - slopes, motion)
             step *= _GROWTH
