@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
+from ...engine.buffered import BufferedFunction
 from ...engine.kernel import Kernel
 from ..law import Law, law_of_view
 from ..protocol import Controller, graph_law, linear_view
@@ -119,6 +120,7 @@ class Program:
     def _played(self, asked: np.ndarray, signals: Mapping[str, np.ndarray], ends: np.ndarray) -> Vector:
         """What the law does: asked [n, 1 + preview]."""
         law, count = self.law, len(asked)
+        output, advance = BufferedFunction(law.graphs.output), BufferedFunction(law.graphs.advance)
         y = np.column_stack([signals[name] for name in law.measures])
         start, held = np.zeros(count), np.zeros(count)
         command, realised = np.zeros(count), np.zeros(count)
@@ -130,7 +132,7 @@ class Program:
                 x, o = (np.array(part).ravel() for part in law.start(np.append(y[k, 0], y[k]), held[k]))
                 before = held[k]
             s = np.append(asked[k], y[k])
-            command[k] = float(law.graphs.output(x, s, o, law.numbers))
+            (command[k],) = output(x, s, o, law.numbers)
             if k == ends[0]:
                 most = max(np.abs(command[:k]).max(), 1e-6)
             limited = ends[0] <= k < ends[2]
@@ -139,7 +141,7 @@ class Program:
                 before + np.clip(target - before, -_FASTEST * most, _FASTEST * most) if limited else command[k]
             )
             before = realised[k]
-            x = np.array(law.graphs.advance(x, s, realised[k], o, law.numbers)).ravel()
+            x = advance(x, s, realised[k], o, law.numbers).copy()
         return Vector(start, held, {"reference": asked, **signals}, command, realised)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
+from ...engine.buffered import BufferedFunction
 from ...engine.kernel import Kernel
 from ...linear.interconnect import parallel, select, series
 from ...linear.state_space import StateSpace, state_space
@@ -267,10 +268,11 @@ def _vector(law: Law, parts: _Parts) -> dict[str, np.ndarray]:
     rest = 0.0 if parts.command_map is None else parts.command_map.shift(0.0)
     x, offset = law.starts(np.zeros((1, len(names))), np.array([rest]))
     x, command = x[0], np.empty(SAMPLES)
+    output, advance = BufferedFunction(law.graphs.output), BufferedFunction(law.graphs.advance)
     for k in range(SAMPLES):
         s = np.array([vector[name][k] for name in names])
-        command[k] = float(law.graphs.output(x, s, offset, law.numbers))
-        x = np.array(law.graphs.advance(x, s, command[k], offset, law.numbers)).ravel()
+        (command[k],) = output(x, s, offset, law.numbers)
+        x = advance(x, s, command[k], offset, law.numbers).copy()
     return {**vector, "command": command}
 
 
