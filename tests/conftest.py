@@ -18,6 +18,8 @@ from page_faults import raised
 from workbench.commands.common import drawing
 from workbench.commands.residual import study as residual
 from workbench.engine import Engine
+from workbench.identify.columns import polarity
+from workbench.identify.fit.impossible import check_ranges
 from workbench.identify.trace import problem
 from workbench.linear import equilibrium
 from workbench.plant import build, build_pilot_bench, build_valve_bench
@@ -109,14 +111,13 @@ def with_effect(rig):
     return changed
 
 
-@pytest.fixture(scope="module")
-def right_columns():
-    """Fits take columns for what they are called, which is half of a short one: test_mistaken.py has those that are
-    not, and sound ones that are not refused."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (problem, residual):
-            patch.setattr(module, "check_columns", lambda *_: None)
-        yield
+@pytest.fixture
+def right_columns(monkeypatch):
+    """Fits and imports take columns in the rig's ranges for what they are called, which is half of a short one:
+    test_mistaken.py has those that are not, and sound ones that are not refused."""
+    for module in (problem, residual):
+        monkeypatch.setattr(module, "check_columns", lambda *_: None)
+    monkeypatch.setattr(polarity, "found_mistake", lambda campaign, rig, _: check_ranges(campaign, rig))
 
 
 @pytest.fixture

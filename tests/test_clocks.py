@@ -23,6 +23,9 @@ needs_cases = pytest.mark.skipif(not CASES.is_dir(), reason="the cases are not b
 SECOND = 10**9
 
 
+pytestmark = pytest.mark.usefixtures("right_columns")
+
+
 def imported(tmp_path, file, name="lab"):
     assert main(["import", str(file), "--rig", "jack-10t", "--out", str(tmp_path / name)]) == 0
     return json.loads((tmp_path / name / "metrics.json").read_text())

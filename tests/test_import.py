@@ -113,6 +113,7 @@ def guess(metrics, cell):
     return next(row for row in metrics["columns"] if row["column"] == cell)
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_what_is_ambiguous_is_left_out_with_the_line_to_add(tmp_path):
     table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "pb": "bar", "position": "mm"})
     header = "t [s],u [-],Druck A [bar],Pression A [bar],Weg [mm],x [mm],f [1/min],p"
@@ -144,6 +145,7 @@ def test_what_does_not_fit_the_rig_is_said(tmp_path):
     assert "and the supply has 210 bar" in misfits
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_column_called_like_a_signal_that_it_cannot_be_is_renamed(tmp_path):
     table = columns("steps", {"t": "s", "command": "1", "pa": "bar", "position": "mm"})
     (tmp_path / "a.csv").write_text(
@@ -156,6 +158,7 @@ def test_a_column_called_like_a_signal_that_it_cannot_be_is_renamed(tmp_path):
     assert list(metrics["left_out"]) == ["current as recorded [count]"]
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_file_without_a_clock_has_the_rate_that_stands_above_its_table(tmp_path):
     table = columns("steps", {"command": "1", "pa": "bar", "position": "mm"})
     (tmp_path / "a.csv").write_text(text(["Abtastrate: 1000 Hz", "u [-],pa [bar],x [mm]"], list(table.values())))
@@ -163,6 +166,7 @@ def test_a_file_without_a_clock_has_the_rate_that_stands_above_its_table(tmp_pat
     assert 't = {period = "0.001 s"}' in (tmp_path / "out" / "campaign.toml").read_text()
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_rig_file_comes_along(tmp_path):
     assert main(["show", "jack-10t", "--out", str(tmp_path / "mine.toml")]) == 0
     metrics = imported(tmp_path, [german(tmp_path / "steps.csv", "steps")], rig=str(tmp_path / "mine.toml"))
@@ -171,6 +175,7 @@ def test_a_rig_file_comes_along(tmp_path):
     assert main(["residual", str(tmp_path / "out"), "--out", str(tmp_path / "residual")]) == 0
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_rig_file_comes_along_whatever_it_is_called(tmp_path, monkeypatch):
     """A rig.toml of the folder one works in has the name that the campaign's own copy has."""
     monkeypatch.chdir(tmp_path)
@@ -224,6 +229,7 @@ def test_recordings_of_a_real_rig(tmp_path):
     assert metrics["records"]["heldout"] == ["pa_3V_01.parquet", "pb_3V_01.parquet"]
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_file_without_a_clock_is_no_campaign_yet(tmp_path):
     table = columns("steps", {"command": "1", "pa": "bar", "position": "mm"})
     (tmp_path / "a.csv").write_text(text(["u [-],pa [bar],x [mm]"], list(table.values())))
@@ -239,6 +245,7 @@ def test_numbers_near_the_largest_have_a_picture():
     assert bars(np.array([-1.7e308, np.nan, 1.7e308])) == "▁ █"
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_what_was_left_out_is_said_on_the_screen_and_on_the_page(tmp_path, capsys):
     from scipy.io import savemat
 

@@ -19,6 +19,7 @@ from workbench.commands.record.platform import platform_plan, run_platform_recor
 from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.plan.motions import MOTIONS, PlannedMotion
 from workbench.identify.plan.platform_played import as_played, with_effect_in
+from workbench.identify.trace import problem
 from workbench.identify.trace.information import cosines, effects_alone
 from workbench.identify.wrench.leg_cut import cut_legs, whole_campaigns
 from workbench.plant.effects import find
@@ -59,7 +60,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def plan(folder, right_columns):
+def plan(folder):
     """By what all legs tell, for the pairs of two of them."""
     whole = whole_campaigns(folder)
     legs = cut_legs(PLATFORM, whole)
@@ -69,6 +70,7 @@ def plan(folder, right_columns):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(platform, "planned_next", for_two)
+        patch.setattr(problem, "check_columns", lambda *_: None)
         return run_platform_plan(PLATFORM, whole, legs, no_checkpoint, lambda _: None, (LATE, INTEGRAL), DESIGNS)
 
 
@@ -93,6 +95,7 @@ def test_legs_that_follow_their_records_are_all_planned_for(plan):
     assert plan.page.verdict.startswith("Each leg follows its records.")
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_the_planned_motion_splits_the_pair_on_the_platform_that_has_the_effect(plan, folder, tmp_path):
     """The file is played by a platform whose commands are late, and added to the campaign: the cosine of the pair has
     fallen as the plan said."""

@@ -99,6 +99,7 @@ def test_a_wrong_number_is_named_with_its_interval_and_no_effect(described):
     assert number["high"] < 16.2
 
 
+@pytest.mark.usefixtures("right_columns")
 def test_a_missing_effect_is_named_and_no_number(described):
     said = answer(build(described, (find("hose.compliance", "linear"),)))
     assert said["effects"] == ["hose.compliance"]
