@@ -63,7 +63,7 @@ def test_what_was_found_of_the_same_records_of_the_same_rig_is_not_sought_again(
     monkeypatch.setattr(checked_columns, "mistaken", lambda *asked: sought.append(asked) or wrong)
     floor, (first, *rest) = scored_floor(sample, rig), sample.train
     bent = replace(first, signals={**first.signals, "pa": np.append(first.signals["pa"][:-1], 1e7)})
-    renamed = replace(first, signals={("pp" if name == "pb" else name): each for name, each in first.signals.items()})
+    renamed = replace(first, signals={("pc" if name == "pb" else name): each for name, each in first.signals.items()})
     others = [(replace(sample, train=(each, *rest)), rig, floor) for each in (bent, renamed, replace(first, late=1e-4))]
     others += [
         (replace(sample, select=(first,), train=tuple(rest)), rig, floor),
