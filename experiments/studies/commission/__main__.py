@@ -16,6 +16,8 @@ from . import RIG
 
 def options(parser: argparse.ArgumentParser) -> None:
     """What it is asked."""
+    rigs = "jack-10t with what its datasheet lacks, or other benches, limits, channels and periods (default: hidden)"
+    parser.add_argument("--rigs", choices=("hidden", "others"), default="hidden", help=rigs)
     parser.add_argument("--number", type=int, default=20, metavar="N", help="rigs to commission (default: 20)")
     parser.add_argument("--first", type=int, default=0, metavar="K", help="number of the first rig (default: 0)")
     parser.add_argument("--seed", type=int, default=0, help="seed of what is drawn (default: 0)")
@@ -28,12 +30,11 @@ def _commission_study(options: argparse.Namespace, words: list[str]) -> None:
         value = getattr(options, name)
         if value < least:
             raise InputError(f"--{name} {value}: must be {least} or more")
-    rig = load_rig(RIG)
-    from .plan import hidden_plan
+    from .plan import hidden_plan, other_plan
     from .study import run_commission_study
 
-    numbers = range(options.first, options.first + options.number)
-    plans = [hidden_plan(rig, number, options.seed) for number in numbers]
+    drawn = other_plan if options.rigs == "others" else partial(hidden_plan, load_rig(RIG))
+    plans = [drawn(number, options.seed) for number in range(options.first, options.first + options.number)]
     identity = {"command": "commission-study", "plans": [asdict(plan) for plan in plans]}
     study = partial(run_commission_study, plans, jobs=jobs(options))
     finish_in_folder(options, words, "commission-study", identity, study)

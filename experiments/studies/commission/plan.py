@@ -1,4 +1,5 @@
-"""Which rigs are commissioned: jack-10t with other numbers, effects that its datasheet does not declare, and traps."""
+"""Which rigs are commissioned: jack-10t with other numbers, effects that its datasheet does not declare, and traps; and
+other benches with other numbers alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from workbench.rigs.rig import EffectUse, Rig
 
 from ..trace.campaigns.cause import OTHER_FORMULA_CAUSES, UNNAMED_CAUSES, Cause, causes_on
 from ..trace.campaigns.strength import scaled, shaped
+from .benches import OTHERS, bench_of, datasheet_of
 from .other_formulas import HIDDEN, SCALE, named
 
 EFFECT_FILE = Path(__file__).with_name("other_formulas.py")
@@ -36,7 +38,8 @@ class HiddenEffect:
 class HiddenPlan:
     """A rig to commission: what its numbers are over those of the datasheet, what it has besides, its noise.
 
-    trap: a transducer that reads 3 % too much, or a main spool that sticks, beside the effect.
+    trap: a transducer that reads 3 % too much, or a main spool that sticks, beside the effect. bench: one of OTHERS, or
+    jack-10t where that is empty.
     """
 
     number: int
@@ -45,22 +48,18 @@ class HiddenPlan:
     effects: tuple[HiddenEffect, ...]
     coloured: bool
     trap: str
+    bench: str = ""
 
     @property
     def id(self) -> str:
         """The name of its folder."""
-        return f"rig-{self.number:02d}"
+        return self.bench or f"rig-{self.number:02d}"
 
 
 def hidden_plan(rig: Rig, number: int, seed: int) -> HiddenPlan:
     """The rig of a number: every fourth has two effects, every tenth one without a name, every fifth a trap."""
     drawn = np.random.default_rng([seed, number])
-    ratios = {}
-    for each in rig.numbers.values():
-        if each.low is not None and each.high is not None:
-            share = float(drawn.uniform(-OFF, OFF))
-            end = each.high if share > 0 else each.low
-            ratios[each.name] = (each.value + abs(share) * (end - each.value)) / each.value
+    ratios = _ratios(rig, drawn)
     trap = (TRANSDUCER, STICKING)[number // _TRAP_EVERY % 2] if number % _TRAP_EVERY == 2 else ""
     causes = _causes(rig, number, trap, drawn)
     most = _STICKS if trap == STICKING else STRONGEST
@@ -70,15 +69,34 @@ def hidden_plan(rig: Rig, number: int, seed: int) -> HiddenPlan:
     return HiddenPlan(number, seed, ratios, tuple(effects), bool(number % 2), trap)
 
 
+def other_plan(number: int, seed: int) -> HiddenPlan:
+    """The bench of a number, in their order, which lacks nothing that its datasheet has."""
+    bench = list(OTHERS)[number % len(OTHERS)]
+    ratios = _ratios(datasheet_of(bench), np.random.default_rng([seed, number]))
+    return HiddenPlan(number, seed, ratios, (), False, "", bench)
+
+
+def _ratios(rig: Rig, drawn: np.random.Generator) -> dict[str, float]:
+    """True numbers over those of the datasheet; one that is 0 there is 0."""
+    ratios = {}
+    for each in rig.numbers.values():
+        if each.low is not None and each.high is not None and each.value:
+            share = float(drawn.uniform(-OFF, OFF))
+            end = each.high if share > 0 else each.low
+            ratios[each.name] = (each.value + abs(share) * (end - each.value)) / each.value
+    return ratios
+
+
 def hidden_rig(datasheet: Rig, plan: HiddenPlan) -> Rig:
-    """The true rig: no number of it is uncertain."""
+    """The true rig behind the link: no number of it is uncertain."""
     trust.allow(EFFECT_FILE)
     numbers = {
         name: replace(number, value=number.value * plan.ratios.get(name, 1.0), low=None, high=None)
         for name, number in datasheet.numbers.items()
     }
     uses = tuple(EffectUse(each.name, each.formula, _numbers(each)) for each in plan.effects)
-    return replace(datasheet, numbers=numbers, effects=uses, effect_files=(str(EFFECT_FILE),))
+    true = replace(datasheet, numbers=numbers, effects=uses, effect_files=(str(EFFECT_FILE),))
+    return bench_of(plan.bench).live(true)
 
 
 def _numbers(effect: HiddenEffect) -> dict[str, Number]:

@@ -29,9 +29,8 @@ from workbench.link.rig_server import in_background
 from workbench.link.served_rig import ServedRig
 from workbench.loop.automatic import automatic
 from workbench.rigs.rig import Rig
-from workbench.rigs.rig_file import load_rig
 
-from . import RIG
+from .benches import datasheet_of
 from .colour import ColouredDraws
 from .page import page
 from .plan import HiddenPlan, hidden_rig
@@ -57,11 +56,12 @@ def run_commission_study(plans: Sequence[HiddenPlan], run: RunFolder, progress: 
 
 
 def commissioned(plan: HiddenPlan, folder: Path) -> Row:
-    """One rig, served and commissioned: what was said and measured, and what a tuning with the truth known settles in.
+    """One rig, served and commissioned: what was said and measured, and what a tuning with the truth known settles in,
+    which is not searched for other benches.
 
     The rig's report is left in `folder`/ID.
     """
-    datasheet, began = load_rig(RIG), process_time()
+    datasheet, began = datasheet_of(plan.bench), process_time()
     truth = doubted(hidden_rig(datasheet, plan))
     colour = partial(ColouredDraws, period=truth.period.value)
     own = bench(truth, computes=True)
@@ -72,7 +72,7 @@ def commissioned(plan: HiddenPlan, folder: Path) -> Row:
         except InputError as error:
             told = {"error": str(error)}
         spent = process_time() - began
-        known = None if not told.get("rows") else _known(truth, told, server.at)
+        known = _known(truth, told, server.at) if told.get("rows") and not plan.bench else None
         trips = server.trips
     return _row(plan, told, known, trips, spent)
 
@@ -125,6 +125,9 @@ def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: 
         "rounds": told.get("rounds"),
         "kept": told.get("way"),
         "exact_s": told.get("exact_s"),
+        "steps": {row["scenario"]: row["settling_s"] for row in told.get("rows", ()) if row["way"] == told.get("way")},
+        "guard_trips": told.get("trips"),
+        "obstacles": [each["what"] for each in told.get("obstacles", ())],
         "error": told.get("error") or (None if told["rows"] else told["ended"]),
         "computing_seconds": spent,
     }

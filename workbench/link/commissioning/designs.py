@@ -1,5 +1,5 @@
-"""A controller searched for a rig: P, scheduled pressure feedback, the lap or an overlap inverted, a shaped
-reference, and the dither of the first guess."""
+"""A controller searched for a rig: P, scheduled feedback of pressures where both are measured, the lap or an overlap
+inverted, a shaped reference, and the dither of the first guess."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -125,13 +125,14 @@ def _table(part: ControllerSpec) -> dict[str, Any]:
 def _structure(rig: Rig, start: ControllerSpec) -> ControllerSpec:
     gain = float(start.design.gain)
     own = {part.use.rpartition(":")[2]: part for part in start.compensators}
-    feedback = own.get("PressureFeedback") or controller(
-        "controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)
-    )
-    whole = controller("controllers.p:P", gain=gain) + feedback
+    whole = controller("controllers.p:P", gain=gain)
+    if {"pa", "pb"} <= rig.sensors.keys():
+        whole += own.get("PressureFeedback") or controller(
+            "controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)
+        )
     lands = _lands(rig)
     if lands is not None:
-        whole = whole + lands
+        whole += lands
     whole = whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
     return whole + own["Dither"] if "Dither" in own else whole
 
