@@ -83,7 +83,7 @@ def test_a_valve_that_stays_open_is_freed_by_a_dither_and_told_with_what_it_cost
     with served(bench(lacks("pilot.hysteresis", "play", r=(4e-4, "A")), True)) as server:
         with LinkClient(at(server), "") as client:
             spent = RigTime(client, doubted(RIG), 600.0, no_checkpoint)
-            rest, moves = looks(spent, said.append)
+            rest, moves = looks(spent, allowed(doubted(RIG)), said.append)
             law = with_dither(automatic(RIG, moves), spent.dither)
             judged = played_way(spent, "found", Way(law, allowed(exactly(RIG))), (GOAL,), lambda _: None)
         assert server.trips == 0
@@ -98,7 +98,7 @@ def test_a_valve_that_stays_open_is_freed_by_a_dither_and_told_with_what_it_cost
 def test_no_valve_that_closes_has_a_dither():
     with served(bench(RIG, True)) as server, LinkClient(at(server), "") as client:
         spent = RigTime(client, doubted(RIG), 600.0, no_checkpoint)
-        looks(spent, lambda _: None)
+        looks(spent, allowed(doubted(RIG)), lambda _: None)
         assert spent.dither is None
 
 

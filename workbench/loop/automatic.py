@@ -50,9 +50,14 @@ def self_tuning(rig: Rig) -> ControllerSpec:
     return controller("controllers.automatic:Automatic", **numbers)
 
 
+def small_way(rig: Rig) -> float:
+    """A millimetre, or more where the position sensor's noise would hide it [m]."""
+    return max(MOVE, _OVER_NOISE * rig.sensors["position"].noise) if "position" in rig.sensors else MOVE
+
+
 def _pulse(rig: Rig) -> float:
-    """The command of pulses that move the declared rig a small way: a millimetre, or more where noise would hide it."""
-    way = max(MOVE, _OVER_NOISE * rig.sensors["position"].noise) if "position" in rig.sensors else MOVE
+    """The command of pulses that move the declared rig a small way."""
+    way = small_way(rig)
     plant = build(rig)
     smooth = plant.without_dry_friction()
     command = abs(float(equilibrium(plant, speed=way / PULSE, p=smooth).u[0]))

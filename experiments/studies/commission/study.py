@@ -22,7 +22,7 @@ from workbench.link.commissioning.allowed import allowed, doubted, is_of
 from workbench.link.commissioning.designs import exactly, searched_designs
 from workbench.link.commissioning.relay import with_dither
 from workbench.link.commissioning.rig_time import RigTime
-from workbench.link.commissioning.verify import Way, played_way, settling_of
+from workbench.link.commissioning.verify import SINES, Way, played_way, settling_of
 from workbench.link.course import wire_rig
 from workbench.link.paced import LockstepServer
 from workbench.link.rig_server import in_background
@@ -125,12 +125,18 @@ def _row(plan: HiddenPlan, told: Mapping[str, Any], known: float | None, trips: 
         "rounds": told.get("rounds"),
         "kept": told.get("way"),
         "exact_s": told.get("exact_s"),
-        "steps": {row["scenario"]: row["settling_s"] for row in told.get("rows", ()) if row["way"] == told.get("way")},
+        "steps": _steps(told),
         "guard_trips": told.get("trips"),
         "obstacles": [each["what"] for each in told.get("obstacles", ())],
         "error": told.get("error") or (None if told["rows"] else told["ended"]),
         "computing_seconds": spent,
     }
+
+
+def _steps(told: Mapping[str, Any]) -> dict[str, list[float | None]]:
+    """What the steps of the controller that was kept settle in [s]: predicted, measured."""
+    own = [row for row in told.get("rows", ()) if row["way"] == told["way"] and row["scenario"] not in SINES]
+    return {row["scenario"]: [row["settling_s"][key] for key in ("predicted", "measured")] for row in own}
 
 
 def _right(verdict: str, said: Sequence[str], true: Sequence[str]) -> bool:

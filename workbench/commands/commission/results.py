@@ -19,7 +19,7 @@ from ...link.commissioning.allowed import ExpectedStep
 from ...link.commissioning.designs import experiment_of
 from ...link.commissioning.obstacles import Obstacle
 from ...link.commissioning.rig_time import RigTime
-from ...link.commissioning.verify import STEPS, Way, best_way, limit_row, responses, table_row
+from ...link.commissioning.verify import STEPS, Way, best_way, hidden_step, limit_row, responses, table_row
 from ...link.course import Judged
 from ...loop.limit import settling_limit
 from ...loop.scenarios import SCENARIOS
@@ -60,7 +60,8 @@ def outcome(results: Results, spent: RigTime, folder: Path) -> Outcome:
     rig = found.rig if found else spent.rig
     stiff = {name: each.stiffness() for name, each in results.ways.items()}
     rows = [table_row(each, _expected(results.ways[each.controller], each), stiff[each.controller]) for each in judged]
-    rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in STEPS]
+    shown = [name for name in STEPS if hidden_step(rig, SCENARIOS[name]) is None]
+    rows += [limit_row(name, settling_limit(rig, SCENARIOS[name]).settling) for name in shown]
     way = best_way(rows, goal, found is not None and found.explains)
     metrics = {
         "verdict": found.answer.verdict if found else "unknown",

@@ -12,6 +12,7 @@ from ...control.automatic_tuning import MOVE, SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...link.client import LinkClient
 from ...link.commissioning.allowed import Allowed, allowed, doubted, safe, standard_records
+from ...link.commissioning.growth import safe_growth
 from ...link.commissioning.obstacles import Barred, obstacles
 from ...link.commissioning.relay import WAY, check_rest, check_sides, lets_go, relay_ways, small_moves, with_dither
 from ...link.commissioning.rig_time import AGAIN, Computing, RigTime
@@ -29,7 +30,7 @@ from ...link.commissioning.verify import (
 )
 from ...link.course import Judged, wire_rig
 from ...link.joined import joined
-from ...loop.automatic import automatic
+from ...loop.automatic import automatic, small_way
 from ...loop.drive_simulation import drive
 from ...records import Record
 from ...records.excitation import Excitation
@@ -79,8 +80,8 @@ def run_commission(wanted: Wanted, run: RunFolder, progress: Progress) -> Outcom
 def _commissioned(wanted: Wanted, spent: RigTime, run: RunFolder, progress: Progress) -> Results:
     """Raises Barred where something is wrong before a controller is searched."""
     rig = spent.rig
-    rest, moves = looks(spent, progress)
     plants = allowed(wire_rig(rig, spent.client))
+    rest, moves = looks(spent, plants, progress)
     law = _stable(plants, with_dither(automatic(rig, moves), spent.dither), spent, progress)
     searches = Searches(law, wanted.goal, wanted.jobs, run, progress, spent.computing)
     records = _played(spent, standard_records(plants.stable(law), law), law, progress)
@@ -172,15 +173,17 @@ def _best(rounds: Sequence[_Round], goal: str) -> _Round | None:
     return min(reversed(rounds), key=rank, default=None)
 
 
-def looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
-    """The rig at rest, and what relays tell; none is played where the one before found a signal wrong."""
+def looks(spent: RigTime, plants: Allowed, say: Progress) -> tuple[Record, SmallMoves]:
+    """The rig at rest, and what relays tell, which grow as fast as all plants take it; none is played where the one
+    before found a signal wrong."""
     rig = spent.rig
     say("looks at the rig at rest: noise, dead or impossible readings")
     rest = spent.rest(partial(check_rest, rig))
     say("moves it by millimetres: directions, speed, the mode of its oil")
-    check = partial(check_sides, rig)
+    check, way = partial(check_sides, rig), small_way(rig)
+    growth = safe_growth(plants, way)
     spent.stay_on(True)
-    near = spent.relay(MOVE, 0.0, check, blind=True)
+    near = spent.relay(way, 0.0, check, True, growth)
     size = check_sides(rig, near)
     if not lets_go(near):
         spent.stay_on(False)
@@ -188,10 +191,21 @@ def looks(spent: RigTime, say: Progress) -> tuple[Record, SmallMoves]:
         dither = spent.free(size)
         words = f"{100 * dither.amplitude:.2g} % at {dither.frequency:g} Hz"
         say(f"the valve stays open without a command: from now on a dither of {words} frees it")
-        near = spent.relay(MOVE, 0.0, check)
+        near = spent.relay(way, 0.0, check, growth=growth)
         size = check_sides(rig, near)
-    far = spent.relay(WAY, size, lambda record: relay_ways(record) and check(record))
-    return rest, small_moves(rig, near, far)
+    return rest, small_moves(rig, near, _far(spent, plants, WAY / MOVE * way, size, say) or near)
+
+
+def _far(spent: RigTime, plants: Allowed, way: float, size: float, say: Progress) -> Record | None:
+    """A relay of a larger way, from the command `size` on that got the jack moving; None where the limits leave it no
+    room."""
+    try:
+        growth = safe_growth(plants, way, size)
+    except Barred as barred:
+        say(str(barred))
+        return None
+    check = partial(check_sides, spent.rig)
+    return spent.relay(way, size, lambda record: relay_ways(record) and check(record), growth=growth)
 
 
 def _played(spent: RigTime, waves: list[Excitation], law: ControllerSpec, say: Progress) -> dict[str, Record]:

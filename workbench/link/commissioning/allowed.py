@@ -11,7 +11,7 @@ import numpy as np
 from ...base.errors import InputError
 from ...base.units import from_si
 from ...control.controller_spec import ControllerSpec
-from ...control.protocol import graph_law
+from ...control.protocol import Controller, graph_law
 from ...engine import Engine
 from ...linear import Equilibrium
 from ...loop.batch import run_lanes
@@ -19,7 +19,7 @@ from ...loop.drive_simulation import SMALLER, TRIES, beyond, drive, emptied, wav
 from ...loop.envelope import steps
 from ...loop.guard_numbers import trip_reason
 from ...loop.plant_lanes import PlantLanes, drawn_evenly, plant_lanes, uncertain
-from ...loop.sampled_loop import SIMULATION_FAILED, SampledLoop
+from ...loop.sampled_loop import SIMULATION_FAILED, LoopRun, SampledLoop
 from ...loop.scenarios import Scenario
 from ...loop.standard_records import standard_set
 from ...plant import build
@@ -108,37 +108,45 @@ class Allowed:
     def _runs(self, spec: ControllerSpec, reference: np.ndarray, start: float, added: np.ndarray) -> Iterator[_Seen]:
         """All of them in lanes; under a controller that computes in Python, those that are not drawn, one by one."""
         lanes, law = self.at(start), graph_law(spec.build(self.rig.period.value))
-        limited = dict.fromkeys((*_RECORDED, *(limit.signal for limit in self.rig.further_limits)))
-        recorded = tuple(name for name in limited if name in self.engine.plant.outputs)
         if law is None:
-            for lane in np.flatnonzero(~self.drawn).tolist():
-                yield self._run(spec, lanes, lane, reference, added, recorded)
+            for lane in self.ends:
+                loop, level = self.loop(spec.build(self.rig.period.value), lane, start)
+                run = loop.run(level + reference, added=added)
+                yield _Seen(self._limited(run), lane, (run.tripped, 0) if run.tripped else None)
             return
-        own = run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, recorded, added=added)
+        own = run_lanes(self.engine, self.rig, law, lanes.null, lanes.p, reference, self._recorded, added=added)
         for where, part in own:
             ended = np.flatnonzero((part.trip > 0) | part.failed)
             lane = int(ended[0]) if len(ended) else 0
             why = trip_reason(self.rig, int(part.trip[lane])) if part.trip[lane] else SIMULATION_FAILED
             yield _Seen(part.signals, where.start, (why, lane) if len(ended) else None)
 
-    def _run(
-        self,
-        spec: ControllerSpec,
-        lanes: PlantLanes,
-        lane: int,
-        reference: np.ndarray,
-        added: np.ndarray,
-        recorded: Sequence[str],
-    ) -> _Seen:
-        controller = spec.build(self.rig.period.value)
-        engine, at = (
-            Engine(replace(self.engine.plant, p=lanes.p[lane])),
-            Equilibrium(lanes.null.x[lane], lanes.null.u[lane], 0.0),
-        )
-        level = float(engine.observe(at.x, at.u)[engine.plant.output(controller.measures[0])])
-        run = SampledLoop(engine, self.rig, controller, at).run(level + reference, added=added)
-        signals = {name: run.record.signals[name][None] for name in recorded}
-        return _Seen(signals, lane, (run.tripped, 0) if run.tripped else None)
+    def near_limit(self, run: LoopRun, lane: int) -> str | None:
+        """Which limit a run of one of them comes too near to, on which plant; None where it stays clear of all."""
+        return self._trouble(_Seen(self._limited(run), lane))
+
+    def loop(self, controller: Controller, lane: int, start: float) -> tuple[SampledLoop, float]:
+        """One of them in the loop of a controller, at rest at a start [m from mid stroke]; and the level of what it
+        controls there, SI."""
+        at, null = self.at(start), self.at(start).null
+        engine = Engine(replace(self.engine.plant, p=at.p[lane]))
+        rest = Equilibrium(null.x[lane], null.u[lane], 0.0)
+        level = float(engine.observe(rest.x, rest.u)[engine.plant.output(controller.measures[0])])
+        return SampledLoop(engine, self.rig, controller, rest), level
+
+    @property
+    def ends(self) -> list[int]:
+        """The lanes that are not drawn."""
+        return [int(lane) for lane in np.flatnonzero(~self.drawn)]
+
+    @property
+    def _recorded(self) -> tuple[str, ...]:
+        """What is limited, or tells of gas."""
+        limited = dict.fromkeys((*_RECORDED, *(limit.signal for limit in self.rig.further_limits)))
+        return tuple(name for name in limited if name in self.engine.plant.outputs)
+
+    def _limited(self, run: LoopRun) -> dict[str, np.ndarray]:
+        return {name: run.record.signals[name][None] for name in self._recorded}
 
     def _trouble(self, seen: _Seen) -> str | None:
         """What keeps plants from staying clear of the limits, and on which plant; after a trip signals tell nothing."""

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 from ...base.errors import InputError
 from ...base.signals import SIGNALS
 from ...control import automatic_tuning
-from ...control.automatic_tuning import MOVE, SmallMoves
+from ...control.automatic_tuning import SmallMoves
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...control.protocol import Controller
@@ -27,7 +27,7 @@ from ...rigs.rig import Rig
 from .obstacles import Barred, Obstacle
 
 LARGEST = 0.1  # of full command, up to which it grows
-_GROWTH = 0.02  # 1/s
+GROWTH = 0.02  # 1/s, unless limits ask for less
 _TURNS = 6
 _RINGS = 0.6  # s of rest after them
 _AWAY = 2.0  # times where it turns, that the jack may go the other way before its command is reversed; then twice that
@@ -46,14 +46,17 @@ class Relay:
     """The position loop `inner`; and from `begin` on, while its reference is away from where it was then, a relay about
     where the jack is then. The reference's distance is where it turns.
 
-    The command begins at `size`, and is reversed where the jack goes the other way. After _TURNS turns, or where it has
-    grown to LARGEST, the inner loop has it again, unless that lets the jack go; at the end with a dither where it did.
+    The command begins at `size`, grows by `growth` [1/s], and is reversed where the jack goes the other way. After
+    _TURNS turns, or where it has grown to LARGEST, the inner loop has it again, unless that lets the jack go; at the
+    end with a dither where it did.
     `blind`: which way a command moves the jack is not known yet, and a loop of the wrong sign runs away. Then the
     command is 0 until the jack has turned.
     """
 
-    def __init__(self, inner: Controller, period: float, size: float = 0.0, blind: bool = False) -> None:
-        self._inner, self._period, self.measures = inner, period, inner.measures
+    def __init__(
+        self, inner: Controller, period: float, size: float = 0.0, blind: bool = False, growth: float = GROWTH
+    ) -> None:
+        self._inner, self._period, self.measures, self._growth = inner, period, inner.measures, growth
         self._home: float | None = None
         self._reference = self._position = self._place = 0.0
         self._size, self._side, self._turns, self._blind = size, 1, 0, blind
@@ -72,7 +75,7 @@ class Relay:
     def compute(self, reference: float, measurement: Mapping[str, float]) -> float:
         """Plus or minus what the command has grown to; the inner loop's where the relay rests."""
         self._reference, self._position = reference, measurement["position"]
-        if self._plays and (self._grows or self._again):
+        if self._plays and (self.grows or self._again):
             return self._sense * self._side * self._size
         if (self._blind and self._turns < 2) or self._sense < 0:
             return 0.0
@@ -82,8 +85,8 @@ class Relay:
         """Grow, turn where the jack is there, and reverse the command where it goes the other way."""
         if self._plays and self._home is not None:
             gone, way = self._side * (self._position - self._place), self._reference - self._home
-            self._size += _GROWTH * self._period if self._grows else 0.0
-            self._again |= not self._grows and self._turns > 1 and abs(gone) > _LETS_GO * way
+            self._size += self._growth * self._period if self.grows else 0.0
+            self._again |= not self.grows and self._turns > 1 and abs(gone) > _LETS_GO * way
             if gone > way:
                 self._side, self._turns = -self._side, self._turns + 1
             elif self._turns == 0 and gone < -self._away * way:
@@ -110,13 +113,15 @@ class Relay:
         return self._home not in (None, self._reference) and self._rested == 0
 
     @property
-    def _grows(self) -> bool:
+    def grows(self) -> bool:
+        """Whether it turns on, and its command may still become larger."""
         return self._turns < _TURNS and self._size < LARGEST
 
 
-def relay_reference(rig: Rig, way: float) -> np.ndarray:
-    """Deviations [k] of the reference with which a relay turns at `way` [m], long enough for any rig; then rest."""
-    longest = LARGEST / _GROWTH
+def relay_reference(rig: Rig, way: float, growth: float = GROWTH) -> np.ndarray:
+    """Deviations [k] of the reference with which a relay turns at `way` [m] whose command grows by `growth` [1/s], long
+    enough for any rig; then rest."""
+    longest = LARGEST / growth
     return np.append(np.full(round(longest / rig.period.value), way), np.zeros(round(_RINGS / rig.period.value)))
 
 
@@ -254,7 +259,7 @@ def check_sides(rig: Rig, record: Record) -> float:
 def _no_turns(record: Record, pushes: int) -> Exception:
     """The reason of a relay that did not turn: the jack stands, or it goes away from where it should go."""
     way = float(record.signals["position"][-1] - record.signals["position"][0])
-    if way < -MOVE / 2:
+    if way < -np.ptp(record.signals["reference"]) / 2:
         return InputError(_reversed(pushes))
     most, text = 100 * np.abs(record.signals["command"]).max(), SIGNALS["position"].text(way)
     return Barred(

@@ -23,7 +23,7 @@ from ..course import PlayedCourse, play_course, rest_record
 from ..trips import Trip
 from ..wire_loop import INTERRUPTED, WireRun
 from .obstacles import Barred, cut_short, time_is_over
-from .relay import Relay, relay_reference, sine, without_dither
+from .relay import GROWTH, Relay, relay_reference, sine, without_dither
 
 _TRIES = 3  # of a course in which the link loses too many readings
 _AROUND = 10.0  # s: the way to where a course starts and back, at most
@@ -119,21 +119,27 @@ class RigTime:
         self.dither = sine(size, self.rig.period.value)
         return self.dither
 
-    def relay(self, way: float, size: float, check: Callable[[Record], object], blind: bool = False) -> Record:
-        """A relay that turns at `way` [m], from a command `size` on: from the middle, or where no loop has moved the
-        rig yet, `blind` from where it stands. `check` raises what is wrong with it. Its command is the one that answers
-        a reading, so that what lags it lags a loop, and without the dither."""
-        period = self.rig.period.value
+    def relay(
+        self,
+        way: float,
+        size: float,
+        check: Callable[[Record], object],
+        blind: bool = False,
+        growth: float = GROWTH,
+    ) -> Record:
+        """A relay that turns at `way` [m], from a command `size` on that grows by `growth` [1/s]: from the middle, or
+        where no loop has moved the rig yet, `blind` from where it stands. `check` raises what is wrong with it. Its
+        command is the one that answers a reading, so that what lags it lags a loop, and without the dither."""
+        period, reference = self.rig.period.value, relay_reference(self.rig, way, growth)
 
         def play() -> PlayedCourse:
-            relay = Relay(drive(self.rig).loop.build(period), period, size, blind)
+            relay = Relay(drive(self.rig).loop.build(period), period, size, blind, growth)
             loop = relay if self.dither is None else Around(relay, self.dither)
             start = None if blind else self.rig.middle
-            reference = relay_reference(self.rig, way)
             return play_course(self.client, self.rig, loop, reference, start, begins=relay.begin, name=name)
 
         name = f"relay-{1e3 * way:g}mm{'' if self.dither is None else '-dithered'}"
-        record = self._whole(name, self._course(name, "look", play, len(relay_reference(self.rig, way)), check))
+        record = self._whole(name, self._course(name, "look", play, len(reference), check))
         command = record.signals["command"]
         if not self.client.hello.lockstep:
             command = np.append(command[1:], command[-1])

@@ -13,6 +13,7 @@ from ...loop.rig_variations import Conditions
 from ...loop.rows import judge, linear_loops, loop_setup
 from ...loop.sampled_loop import LoopRun
 from ...loop.scenarios import SCENARIOS, Scenario
+from ...loop.sensors import settling_band
 from ...loop.stiffness_and_noise import dynamic_stiffness
 from ...rigs.rig import Rig
 from ..course import Judged, PlayedCourse, judge_played, wire_rig
@@ -65,7 +66,7 @@ def played_way(
     for wanted in _places(scenarios, spent.rig):
         if unsettled and (wanted.frequency is None or abs(wanted.size) > SCENARIOS[_ELSEWHERE].size):
             continue
-        scenario, why = smaller(way.plants, spec, wanted)
+        scenario, why = _taken(way, wanted)
         if why is not None:
             size = None if scenario is None else scenario.size
             spent.smaller.append({"way": name, "scenario": wanted.name, "size": size, "why": why})
@@ -89,6 +90,22 @@ def played_way(
             say(f"{name}, {scenario.name}: did not settle, so no further step is played, and nothing larger")
             unsettled = True
     return judged
+
+
+def _taken(way: Way, wanted: Scenario) -> tuple[Scenario | None, str | None]:
+    """A scenario as large as every plant of the way takes it, unless noise hides that, and why at no larger size."""
+    scenario, why = smaller(way.plants, way.spec, wanted)
+    hidden = scenario and hidden_step(way.plants.rig, scenario)
+    return (None, "; ".join(filter(None, (why, hidden)))) if hidden else (scenario, why)
+
+
+def hidden_step(rig: Rig, scenario: Scenario) -> str | None:
+    """Why a step tells no settling, in words: it is within the band of the sensor's noise. None where it tells it."""
+    band = settling_band(rig, scenario.signal, scenario.size)
+    if not scenario.is_step or abs(scenario.size) > band:
+        return None
+    label = rig.signal(scenario.signal)
+    return f"noise hides a step of {label.text(abs(scenario.size))}: within {label.text(band)} a jack counts as settled"
 
 
 def _played(spent: RigTime, way: str, spec: ControllerSpec, scenario: Scenario, number: int) -> PlayedCourse:
