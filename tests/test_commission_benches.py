@@ -11,7 +11,8 @@ from experiments.studies.commission.benches import OTHERS, datasheet_of
 from experiments.studies.commission.plan import hidden_rig, other_plan
 from workbench.base.checkpoint import no_checkpoint
 from workbench.commands.commission.study import looks
-from workbench.control.automatic_tuning import MOVE, SmallMoves
+from workbench.control.automatic_tuning import MOVE, Mode, SmallMoves, gains
+from workbench.control.controller_type import controller
 from workbench.link.bench import bench
 from workbench.link.client import LinkClient
 from workbench.link.commissioning import designs
@@ -24,6 +25,7 @@ from workbench.link.commissioning.rig_time import RigTime
 from workbench.link.commissioning.verify import Way, hidden_step, played_way
 from workbench.link.joined import joined
 from workbench.loop.automatic import automatic, small_way
+from workbench.loop.rows import judge, linear_loops, loop_setup
 from workbench.loop.scenarios import SCENARIOS
 from workbench.rigs.number import Number
 from workbench.rigs.rig_file import load_rig
@@ -49,13 +51,40 @@ def test_other_benches_are_served_as_they_are_said_to_be():
         assert not any(number.uncertain for number in live.numbers.values())
 
 
-@pytest.mark.parametrize("lost", [("pb",), ("pa", "pb")])
-def test_where_a_pressure_is_not_measured_a_controller_is_searched_that_feeds_none_back(lost, monkeypatch):
-    monkeypatch.setattr(designs, "DESIGNS", 2)
-    rig = replace(RIG, sensors={name: sensor for name, sensor in RIG.sensors.items() if name not in lost})
-    law = automatic(rig, SmallMoves(11.0, 0.003, None))
-    found, _ = searched_designs(rig, law, "found", "position-10mm", no_checkpoint, lambda _: None, 1)
-    assert found[0].build(rig.period.value).measures == ("position",)
+SWING = {"both pressures": (), "a pressure and the acceleration": ("pb",), "nothing": ("pa", "pb", "acceleration")}
+FED_BACK = {"both pressures": {"pa", "pb"}, "a pressure and the acceleration": {"acceleration"}, "nothing": set()}
+
+
+def found_for(rig, law, tried, monkeypatch):
+    """The controller that is searched for a rig in a few trials."""
+    monkeypatch.setattr(designs, "DESIGNS", tried)
+    return searched_designs(exactly(rig), law, "found", "position-10mm", no_checkpoint, lambda _: None, 1)[0][0]
+
+
+@pytest.mark.parametrize("measured", SWING)
+def test_a_searched_controller_feeds_back_what_is_measured_of_the_swing(measured, monkeypatch):
+    sensors = {name: sensor for name, sensor in RIG.sensors.items() if name not in SWING[measured]}
+    rig = replace(RIG, sensors=sensors)
+    law = found_for(rig, automatic(rig, SmallMoves(11.0, 0.003, None)), 2, monkeypatch)
+    assert set(law.build(rig.period.value).measures) == {"position"} | FED_BACK[measured]
+
+
+def test_acceleration_damps_a_jack_of_one_pressure_so_that_it_settles(monkeypatch):
+    """Without it the mode, damped by 3 %, allows a gain that leaves the jack on its way after a second."""
+    rig = replace(RIG, sensors={name: sensor for name, sensor in RIG.sensors.items() if name != "pb"})
+    law = found_for(rig, automatic(rig, SmallMoves(11.0, 0.003, None)), 8, monkeypatch)
+    setup = loop_setup(rig)
+    settling = judge(law, SCENARIOS["position-10mm"], setup, linear_loops(law, setup), None)[1]["settling_s"]
+    assert settling < 0.3
+
+
+def test_a_search_from_a_large_gain_stays_within_what_its_controller_takes():
+    """A slow jack with a fast mode asks for a gain near the largest, about which the search goes."""
+    law = controller("controllers.p:P", gain=900.0) + controller("controllers.pressure:PressureFeedback", gain=5e-7)
+    bounds = designs._searched(law)
+    assert [number.high for number in bounds] == [1000.0, 1e-6]
+    gain, _ = gains(SmallMoves(0.09, 0.003, Mode(60.0, 0.3, 1e7, 0.5)))
+    assert gain == 1000.0
 
 
 def test_a_relay_grows_as_slowly_as_tight_limits_ask_for():

@@ -34,7 +34,7 @@ ULTIMATE = (
     0.2  # of the pressure gain at which what lags excites: a valve lags faster than a delay, and light oil lags more
 )
 SHARE = 0.45  # of the loop gain at which the mode becomes unstable; about null a lap raises both as much
-_MOST_GAIN = 1e3  # 1/m, of P
+MOST_GAIN = 1e3  # 1/m, of P
 _CORNER = 0.5  # Hz above which pressures are fed back
 
 _SLOWEST, _FASTEST = 4.0, 0.25  # Hz of a mode; of the sampling frequency
@@ -139,12 +139,12 @@ def gains(moves: SmallMoves) -> tuple[float, float]:
     """Gain of P [1/m] and of the pressure feedback [1/Pa] by the rules."""
     mode = moves.mode
     if mode is None:
-        return min(1 / (2 * moves.speed_gain * moves.late), _MOST_GAIN), 0.0
+        return min(1 / (2 * moves.speed_gain * moves.late), MOST_GAIN), 0.0
     r = pi / 2 / min(max(mode.lag, 1e-3), pi / 2)
     wanted, ultimate = 2 * (DAMPING - mode.damping) / mode.swing, (r - 1 / r) / mode.swing
     pressure = min(wanted, ULTIMATE * ultimate)
     damping = mode.damping + pressure * mode.swing / 2
-    return SHARE * 2 * damping * 2 * pi * mode.hz / moves.speed_gain, pressure
+    return min(SHARE * 2 * damping * 2 * pi * mode.hz / moves.speed_gain, MOST_GAIN), pressure
 
 
 def tuned(moves: SmallMoves, column: float, middle: float) -> ControllerSpec:

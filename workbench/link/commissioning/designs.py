@@ -1,7 +1,7 @@
-"""A controller searched for a rig: P, scheduled feedback of pressures where both are measured, the lap or an overlap
-inverted, a shaped reference, and the dither of the first guess."""
+"""A controller searched for a rig: P, scheduled feedback of the pressures, or of the acceleration where not both are
+measured, the lap or an overlap inverted, a shaped reference, and the dither of the first guess."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -9,11 +9,12 @@ import numpy as np
 
 from ...base.checkpoint import Progress, Stage, within
 from ...base.process_pool import Jobs
+from ...control.automatic_tuning import DAMPING, MOST_GAIN, SHARE
 from ...control.controller_spec import ControllerSpec
 from ...control.controller_type import controller
 from ...control.protocol import is_number
 from ...loop.automatic import column
-from ...loop.capability import dead_zone
+from ...loop.capability import capability, dead_zone
 from ...loop.rig_variations import Conditions
 from ...loop.scenarios import SCENARIOS, Limits
 from ...loop.tuning.goals import Trial
@@ -52,7 +53,7 @@ def searched_designs(
     )
     wide = search(problem, within(stage, "wide"), progress, jobs)
     middle = nearest_trial(wide).values
-    about = tuple(_about(each, middle[each.name], _NEAR) for each in problem.searched)
+    about = tuple(_about(whole, each, middle[each.name], _NEAR) for each in problem.searched)
     near = search(replace(problem, searched=about), within(stage, "near"), progress, jobs)
     leading = _leading([*near, *wide])
     return [problem.design(trial.values).named(name) for trial in leading], leading[0].verdict.missed
@@ -76,7 +77,7 @@ def _unlike(one: Trial, other: Trial) -> bool:
 
 def _noise(whole: ControllerSpec) -> float:
     """RMS of the command at rest that is allowed [1]: what always is, and the dither."""
-    dither = next((part for part in whole.compensators if part.use.endswith(":Dither")), None)
+    dither = _part(whole, "Dither")
     return float(np.hypot(Limits().command_rms, 0.0 if dither is None else dither.design.amplitude / np.sqrt(2)))
 
 
@@ -123,18 +124,32 @@ def _table(part: ControllerSpec) -> dict[str, Any]:
 
 
 def _structure(rig: Rig, start: ControllerSpec) -> ControllerSpec:
-    gain = float(start.design.gain)
-    own = {part.use.rpartition(":")[2]: part for part in start.compensators}
-    whole = controller("controllers.p:P", gain=gain)
-    if {"pa", "pb"} <= rig.sensors.keys():
-        whole += own.get("PressureFeedback") or controller(
-            "controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig)
-        )
-    lands = _lands(rig)
+    whole, lands = _damped(rig, start), _lands(rig)
     if lands is not None:
         whole += lands
-    whole = whole + controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
-    return whole + own["Dither"] if "Dither" in own else whole
+    whole += controller("controllers.shaping:Shaping", corner=25.0, lead=0.005, notch=20.0)
+    dither = _part(start, "Dither")
+    return whole + dither if dither else whole
+
+
+def _damped(rig: Rig, start: ControllerSpec) -> ControllerSpec:
+    """P of a first guess with feedback of both pressures. Where they are not measured, acceleration takes their place,
+    with gains by the rules of control/automatic_tuning for half of the critical damping; else P is alone."""
+    p = controller("controllers.p:P", gain=float(start.design.gain))
+    if {"pa", "pb"} <= rig.sensors.keys():
+        first = controller("controllers.pressure:PressureFeedback", gain=1e-10, corner=0.5, column=column(rig))
+        return p + (_part(start, "PressureFeedback") or first)
+    if "acceleration" not in rig.sensors or not {"M", "beta"} <= rig.numbers.keys():
+        return p
+    gives = capability(rig)
+    w = 2 * np.pi * gives.mode
+    p = controller("controllers.p:P", gain=min(SHARE * 2 * DAMPING * w / gives.v0, MOST_GAIN))
+    return p + controller("controllers.acceleration:AccelerationFeedback", gain=2 * DAMPING / (gives.v0 * w))
+
+
+def _part(whole: ControllerSpec, kind: str) -> ControllerSpec | None:
+    """What a controller has of a kind of compensator."""
+    return next((part for part in whole.compensators if part.use.endswith(f":{kind}")), None)
 
 
 def _lands(rig: Rig) -> ControllerSpec | None:
@@ -150,25 +165,34 @@ def _lands(rig: Rig) -> ControllerSpec | None:
 
 
 def _searched(whole: ControllerSpec) -> tuple[Searched, ...]:
-    found = [_first(("gain",), "1/m", float(whole.design.gain))]
+    paths: list[tuple[str | int, ...]] = [("gain",)]
     for i, part in enumerate(whole.compensators):
-        for name, unit in _NUMBERS.get(part.use.rpartition(":")[2], ()):
-            value = float(getattr(part.design, name))
-            if value > 0:
-                found.append(_first(("compensators", i, name), unit, value))
-    return tuple(found)
+        names = _NUMBERS.get(part.use.rpartition(":")[2], ())
+        paths += [("compensators", i, name) for name in names if getattr(part.design, name) > 0]
+    return tuple(_first(whole, path) for path in paths)
 
 
 _NUMBERS = {
-    "PressureFeedback": (("gain", "1/Pa"),),
-    "LapInverse": (("excess", "1"),),
-    "Shaping": (("corner", "Hz"), ("lead", "s"), ("notch", "Hz")),
+    "PressureFeedback": ("gain",),
+    "AccelerationFeedback": ("gain",),
+    "LapInverse": ("excess",),
+    "Shaping": ("corner", "lead", "notch"),
 }
 
 
-def _first(path: tuple[str | int, ...], unit: str, value: float) -> Searched:
-    return _about(Searched(path, unit, value, value, value, True), value, _RANGE)
+def _first(whole: ControllerSpec, path: tuple[str | int, ...]) -> Searched:
+    part, own = _at(whole, path)
+    value = float(getattr(part.design, str(path[-1])))
+    return _about(whole, Searched(path, own["unit"], value, value, value, True), value, _RANGE)
 
 
-def _about(number: Searched, value: float, ratio: float) -> Searched:
-    return replace(number, low=value / ratio, high=value * ratio, start=value)
+def _about(whole: ControllerSpec, number: Searched, value: float, ratio: float) -> Searched:
+    """A number about a value, within what its controller takes."""
+    _, own = _at(whole, number.path)
+    return replace(number, low=max(value / ratio, own["low"]), high=min(value * ratio, own["high"]), start=value)
+
+
+def _at(whole: ControllerSpec, path: tuple[str | int, ...]) -> tuple[ControllerSpec, Mapping[str, Any]]:
+    """The part of a controller that a path leads into, and the unit and the bounds of the number there."""
+    part = whole if len(path) == 1 else whole.compensators[int(path[1])]
+    return part, next(entry.metadata for entry in fields(part.design) if entry.name == path[-1])
