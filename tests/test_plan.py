@@ -3,14 +3,17 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.made_campaigns import LIBRARY, PERIOD, SIGMA, campaign, made, rubbing, rubbing_campaign, written
+from workbench.base.errors import InputError
 from workbench.base.process_pool import one_blas_thread
 from workbench.cli import main
 from workbench.commands.common.outcome import Outcome, no_checkpoint
+from workbench.commands.plan import study
 from workbench.commands.plan.study import run_plan
 from workbench.commands.trace.study import run_trace
 from workbench.identify.fit.free_parameters import Candidate
@@ -169,3 +172,11 @@ def test_what_a_campaign_tells_apart_needs_no_record():
     )
     assert outcome.metrics["pairs"] == []
     assert all(row["splits"] == [] for row in outcome.metrics["records"])
+
+
+def test_an_effect_with_which_a_rig_has_no_rest_ends_no_plan(monkeypatch):
+    def restless(_):
+        raise InputError("no equilibrium there")
+
+    monkeypatch.setattr(study, "drive", restless)
+    assert study._JackPlayer(load_rig("jack-10t"), ("position",)).log(SimpleNamespace()) is None

@@ -161,7 +161,11 @@ class _JackPlayer:
         return _JackPlayer(with_effect(self.rig, candidate), self.names)
 
     def log(self, wave: PlannedRecord) -> Logs | None:
-        record = simulated(self.ready, wave.played, self.names)
+        try:
+            ready = self.ready
+        except InputError:  # it has no rest with such an effect
+            return None
+        record = simulated(ready, wave.played, self.names)
         return None if record is None else {"": record}
 
 
