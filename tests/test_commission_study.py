@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.studies import kept
+from experiments.studies.commission.benches import OTHERS
 from experiments.studies.commission.colour import ColouredDraws
 from experiments.studies.commission.page import page
 from experiments.studies.commission.plan import OFF, STICKING, TRANSDUCER, hidden_plan, hidden_rig
@@ -95,6 +96,25 @@ def test_the_table_of_hidden_rigs_is_that_of_those_that_were_commissioned():
     for name in ("over_known", "over_automatic"):
         assert f"| {name.replace('_', ' ')}, median | {told[name]['median']:.2f} |" in PAGE
     assert f"| most rig time [s] | {told['most_rig_seconds']:.0f} |" in PAGE
+
+
+def test_the_table_of_other_benches_is_that_of_those_that_were_commissioned():
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.splitlines()]
+    shown = {cells[0]: cells[1:] for cells in lines if cells[0] in OTHERS}
+    rows = kept("commission/others").rows
+    assert shown.keys() == {each["id"] for each in rows}
+    for each in rows:
+        pairs = [pair for pair in each["steps"].values() if None not in pair]
+        off = max((abs(told / did - 1) for told, did in pairs), default=None)
+        times = [each["settling_s"].get(way) for way in ("automatic", "found")] + [
+            each["predicted_s"].get(each["kept"])
+        ]
+        assert shown[each["id"]] == [
+            str(each["trips"]), each["verdict"] if each["kept"] else "refused",
+            *("-" if time is None else f"{time:.3g}" for time in times),
+            "-" if off is None else f"{100 * off:.0f} %", f"{each['computing_seconds']:.0f}",
+        ]  # fmt: skip
+    assert not any(each["trips"] or each["said"] for each in rows)
 
 
 def seconds(value):

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -178,5 +177,8 @@ def test_an_effect_with_which_a_rig_has_no_rest_ends_no_plan(monkeypatch):
     def restless(_):
         raise InputError("no equilibrium there")
 
+    rig = load_rig("jack-10t")
+    wave = planned(drive(rig), name := next(iter(family(rig))), family(rig)[name])
+    assert wave is not None
     monkeypatch.setattr(study, "drive", restless)
-    assert study._JackPlayer(load_rig("jack-10t"), ("position",)).log(SimpleNamespace()) is None
+    assert study._JackPlayer(rig, ("position",)).log(wave) is None
