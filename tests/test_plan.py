@@ -15,7 +15,7 @@ from workbench.commands.common.outcome import Outcome, no_checkpoint
 from workbench.commands.plan import study
 from workbench.commands.plan.study import run_plan
 from workbench.commands.trace.study import run_trace
-from workbench.identify.fit.free_parameters import Candidate
+from workbench.identify.fit.free_parameters import Candidate, at_strength
 from workbench.identify.plan.family import SECONDS, family, planned
 from workbench.identify.trace.information import cosines, effect_information, effects_alone, sharpened
 from workbench.identify.trace.problem import EstimationProblem, estimation_problem
@@ -24,6 +24,7 @@ from workbench.identify.trace.refit import FittedModel, fit_rig
 from workbench.identify.trace.score import NuisanceProjection, effect_change
 from workbench.loop.drive_simulation import drive, play, trouble
 from workbench.plant.effects import find
+from workbench.plant.effects.declared import effects_for
 from workbench.records import Campaign, Record
 from workbench.records.excitation import read_excitation
 from workbench.report import render
@@ -182,3 +183,11 @@ def test_an_effect_with_which_a_rig_has_no_rest_ends_no_plan(monkeypatch):
     assert wave is not None
     monkeypatch.setattr(study, "drive", restless)
     assert study._JackPlayer(rig, ("position",)).log(wave) is None
+
+
+def test_the_drive_of_a_valve_with_slackis_that_of_the_valve_without():
+    """Its slope at null is 0: what a moving jack gains from its command is the gain."""
+    rig = load_rig("festo-tp511")
+    slack = next(effect for effect in effects_for(rig) if effect.title == "pilot.hysteresis magnet play")
+    worn = study.with_effect(rig, Candidate(slack, at_strength(slack, 3.0)))
+    assert drive(worn).loop.design.gain == pytest.approx(drive(rig).loop.design.gain, rel=0.1)

@@ -15,6 +15,7 @@ from ..control.controller_spec import ControllerSpec
 from ..control.controller_type import controller
 from ..engine import Engine
 from ..linear import equilibrium
+from ..linear.operating_point import moving_point
 from ..plant import build
 from ..records.excitation import Excitation
 from ..rigs.inner_loop import InnerLoop
@@ -89,6 +90,9 @@ def drive(rig: Rig) -> DriveSimulation:
     trial = 0.01
     linear = linear_loop(plant, equilibrium(plant, p=smooth), loop(trial).build(period), period, smooth)
     speed = float(np.abs(linear.open[0]) * 2 * np.pi * linear.f[0] / trial)  # of the jack, per unit of command [m/s]
+    if speed == 0:  # a play in the valve answers no small move
+        moving, passing = moving_point(plant, rig.passing_speed, p=smooth)
+        speed = abs(passing / moving.u[plant.input("command")])
     margin, sensor = linear.gain_margin_db, rig.sensors.get("position")
     gains = [
         2 * np.pi * CROSSOVER / speed,
