@@ -185,7 +185,7 @@ def test_an_effect_with_which_a_rig_has_no_rest_ends_no_plan(monkeypatch):
     assert study._JackPlayer(rig, ("position",)).log(wave) is None
 
 
-def test_the_drive_of_a_valve_with_slackis_that_of_the_valve_without():
+def test_the_drive_of_a_valve_with_play_is_that_of_the_valve_without():
     """Its slope at null is 0: what a moving jack gains from its command is the gain."""
     rig = load_rig("festo-tp511")
     slack = next(effect for effect in effects_for(rig) if effect.title == "pilot.hysteresis magnet play")
